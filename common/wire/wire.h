@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+// The messages between device and host as plain structs, and their encoding (Protocol Buffers, gyre.proto).
+//
+// A conversation is one connection. The device speaks first:
+//
+//   device                                host
+//   Hello                              ▶    Refused, or Welcome and the first Credit
+//   ScanOpen, for every unfinished scan ▶   ScanState: what is held of it already
+//   FileChunk ... while credit lasts   ▶    Credit for bytes written, FileAck for a file synced, FileResume after a gap
+//   Discard                            ▶
+//   ScanClose with the manifest        ▶    ScanState: queued, or receiving with what is still missing
+//                                      ◀    StageProgress ..., ResultOffer (or ScanState: failed)
+//   ResultRequest, one for every chunk ▶    ResultChunk
+//   ResultAck                          ▶
+//   Ping                               ▶    Pong
+#pragma once
+
+#include "common/result/result.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace gyre::wire {
+
+constexpr std::uint32_t protocol_major = 1;  // must be equal at both ends
+constexpr std::uint32_t protocol_minor = 0;
+
+// Limits both ends enforce when decoding.
+constexpr std::size_t max_message_bytes = 1 << 20;
+constexpr std::size_t max_chunk_bytes = 256 << 10;
+constexpr std::size_t max_files = 4096;           // of one scan
+constexpr std::size_t max_name_bytes = 128;       // file, stage and device names
+constexpr std::size_t max_text_bytes = 4096;      // reasons and progress texts; longer ones are cut when encoding
+constexpr std::size_t max_description_bytes = 256 << 10;
+
+// First word of the device: its protocol and its name. The name is for people; the CURVE key is what identifies it.
+struct Hello {
+  std::uint32_t major = protocol_major;
+  std::uint32_t minor = protocol_minor;
+  std::string device_name;
+};
+
+struct Welcome {
+  std::uint32_t major = protocol_major;
+  std::uint32_t minor = protocol_minor;
+};
+
+// The conversation is over, for a reason an operator can read.
+struct Refused {
+  std::string reason;
+};
+
+struct Ping {};
+struct Pong {};
+
+// The device may send chunks costing `bytes` more; see cost_of.
+struct Credit {
+  std::uint64_t bytes = 0;
+};
+
+// A scan the device has not finished with; description is its scan.json so far.
+struct ScanOpen {
+  std::string scan;
+  std::string description;
+};
+
+struct FileEntry {
+  std::string name;  // relative to the bundle
+  std::uint64_t size = 0;
+  std::string sha256;
+};
+
+// What the host has of a file: its first `held` bytes, or all of it synced and acknowledged.
+struct HeldFile {
+  FileEntry file;
+  std::uint64_t held = 0;
+  bool stored = false;
+};
+
+enum class ScanPhase { receiving, queued, running, done, failed, refused };
+
+// What the host has of a scan; text says why when it failed or is refused. files: only while receiving.
+struct ScanState {
+  std::string scan;
+  ScanPhase phase = ScanPhase::receiving;
+  std::string text;
+  std::vector<HeldFile> files;
+};
+
+// Bytes [offset, offset + data.size()) of a file. Every chunk describes its file, so none depends on one before it.
+struct FileChunk {
+  std::string scan;
+  FileEntry file;
+  std::uint64_t offset = 0;
+  std::string data;
+};
+
+// The file with that content is synced to the host's disk and catalogued.
+struct FileAck {
+  std::string scan, name, sha256;
+};
+
+// Send that content again from `offset` on: chunks were lost, or the whole did not match its hash (offset 0).
+struct FileResume {
+  std::string scan, name, sha256;
+  std::uint64_t offset = 0;
+};
+
+// The selection dropped this candidate; it need not be kept. A hint: the manifest of ScanClose decides.
+struct Discard {
+  std::string scan, name;
+};
+
+// The scan is complete; these files, no others, make the bundle.
+struct ScanClose {
+  std::string scan;
+  std::vector<FileEntry> files;
+};
+
+struct StageProgress {
+  std::string scan;
+  std::string stage;
+  double fraction = 0.0;  // of the stage, in [0, 1]
+  std::string text;
+};
+
+// The reconstruction is done and left these files.
+struct ResultOffer {
+  std::string scan;
+  std::vector<FileEntry> files;
+};
+
+// Asks for one chunk of a result; the device bounds what is under way by how many it asks for at a time.
+struct ResultRequest {
+  std::string scan, name, sha256;
+  std::uint64_t offset = 0;
+};
+
+struct ResultChunk {
+  std::string scan, name, sha256;
+  std::uint64_t offset = 0;
+  std::string data;
+};
+
+// The device has synced all results to its disk.
+struct ResultAck {
+  std::string scan;
+};
+
+// A message of a newer minor version: to be ignored.
+struct Unknown {};
+
+using Message = std::variant<Unknown, Hello, Welcome, Refused, Ping, Pong, Credit, ScanOpen, ScanState, FileChunk, FileAck,
+                             FileResume, Discard, ScanClose, StageProgress, ResultOffer, ResultRequest, ResultChunk,
+                             ResultAck>;
+
+// The bytes of one ZeroMQ message.
+std::string encode(Message message);
+
+// Error: too large, not a message, or a field outside its limits (ids, names, hashes, sizes). Whatever the bytes are,
+// a decoded message has a well-formed scan id, safe file names and chunks that lie inside their file.
+Result<Message> decode(std::string_view bytes);
+
+// What a chunk takes from the credit: its data and a flat share for the message around it, so that credit also bounds
+// the number of messages under way.
+constexpr std::uint64_t chunk_overhead = 4096;
+constexpr std::uint64_t cost_of(std::uint64_t data_bytes) { return data_bytes + chunk_overhead; }
+
+// True for the files a device sends: scan.json, frames.jsonl and keyframes.
+bool is_bundle_file(std::string_view name);
+
+// True for a file a host may offer as result: a plain name in the bundle's root that is not one of the above.
+bool is_result_file(std::string_view name);
+
+}  // namespace gyre::wire

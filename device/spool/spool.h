@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// The device's own memory of its scans: bundles on disk, and how far each file and each scan has got to the host.
+#pragma once
+
+#include "common/bundle/bundle.h"
+#include "common/result/result.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace gyre {
+
+class SpoolJournal;
+
+// A scan on the device. Every step is on disk before it is reported:
+//
+//   recording ──close_scan──▶ closed ──host has all──▶ acknowledged ──avatar here──▶ delivered
+//                                                           └──host gave up──▶ failed ──avatar here──▶ delivered
+enum class SpoolPhase { recording, closed, acknowledged, delivered, failed };
+
+// A file of a scan: spooled (on our disk) ──▶ acknowledged (on the host's disk too); or discarded by the selection.
+enum class SpooledFilePhase { spooled, acknowledged, discarded };
+
+std::string_view name_of(SpoolPhase phase);
+
+struct SpooledFile {
+  std::string name;  // relative to the bundle: "frames/body-000012.jpg", "scan.json", "frames.jsonl"
+  std::uint64_t size = 0;
+  std::string sha256;
+  SpooledFilePhase phase = SpooledFilePhase::spooled;
+};
+
+struct SpooledScan {
+  std::string id;
+  SpoolPhase phase = SpoolPhase::recording;
+  std::string reason;                 // why it failed
+  std::vector<SpooledFile> files;     // by name, discarded ones included
+  std::vector<SpooledFile> results;   // what came back from the host so far
+};
+
+// All scans of the device, each a bundle in <folder>/<scan-id>/ with a journal spool.jsonl in it. Survives a kill at any
+// moment: a file or step whose call returned is there after a restart, one whose call did not return may be missing
+// whole, never half. Nothing is deleted that the host has not acknowledged, except what the selection discarded.
+// All methods may be called from any thread. Every error leaves the scan as it was.
+class Spool {
+ public:
+  // Opens or creates the folder, locks it against a second process and puts right what a crash left behind.
+  static Result<std::unique_ptr<Spool>> open(const std::filesystem::path& folder);
+  ~Spool();
+  Spool(const Spool&) = delete;
+  Spool& operator=(const Spool&) = delete;
+
+  // --- For the session, which records.
+
+  // Starts a scan (scan.id: a new ULID), or does nothing when it is already being recorded (after a restart).
+  Result<void> open_scan(const Scan& scan);
+
+  // Stores one file of a scan being recorded; from now on the uplink may send it. name: "frames/" + frame_name(...).
+  // The same bytes again are fine and do nothing; other bytes replace the file. A full disk is an error that says so.
+  Result<void> add_file(const std::string& scan_id, const std::string& name, std::span<const std::byte> bytes);
+
+  // Takes back a candidate that the exact selection dropped. An unknown name is fine.
+  Result<void> discard(const std::string& scan_id, const std::string& name);
+
+  // Writes the final scan.json and frames.jsonl and closes the scan: its bundle is what was added and not discarded.
+  // The keyframes in `records` must be exactly those files. Closing a closed scan is fine and does nothing.
+  Result<void> close_scan(const Scan& scan, const std::vector<FrameRecord>& records);
+
+  // --- For everyone.
+
+  Bundle bundle(const std::string& scan_id) const { return Bundle(folder_ / scan_id); }
+  std::optional<SpooledScan> scan(const std::string& scan_id) const;
+  std::vector<std::string> scan_ids() const;  // oldest first
+  std::optional<SpoolPhase> phase(const std::string& scan_id) const;
+
+  // Deletes a scan the host has whole (acknowledged, delivered or failed); any other is refused.
+  Result<void> remove_scan(const std::string& scan_id);
+
+  // --- For the uplink.
+
+  // Called, from the thread that made it, after every change of the recording side. One listener; empty: none.
+  void on_change(std::function<void()> listener);
+
+  // The host has synced this very content to its disk.
+  Result<void> acknowledge_file(const std::string& scan_id, const std::string& name, const std::string& sha256);
+  // The host has lost it, or never had it: send it again.
+  Result<void> unacknowledge_file(const std::string& scan_id, const std::string& name);
+  // The host has the whole bundle.
+  Result<void> acknowledge_scan(const std::string& scan_id);
+  // The reconstruction failed; `reason` is for the operator.
+  Result<void> fail_scan(const std::string& scan_id, const std::string& reason);
+  // `from`, a complete file with that hash on the same file system, becomes <scan>/<name>.
+  Result<void> add_result(const std::string& scan_id, const SpooledFile& result, const std::filesystem::path& from);
+  // All results are here.
+  Result<void> deliver_scan(const std::string& scan_id);
+
+ private:
+  struct Entry;
+  explicit Spool(std::filesystem::path folder);
+  Result<void> load(const std::string& scan_id);
+  Result<Entry*> find(const std::string& scan_id);
+  Result<Entry*> find_recording(const std::string& scan_id);
+  Result<void> store_file(Entry& entry, const std::string& name, std::span<const std::byte> bytes);
+  void notify() const;
+
+  std::filesystem::path folder_;
+  int lock_ = -1;
+  mutable std::mutex mutex_;
+  std::map<std::string, std::unique_ptr<Entry>> scans_;
+  std::function<void()> listener_;
+};
+
+}  // namespace gyre

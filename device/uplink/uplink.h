@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Carries the scans of the spool to the host and brings the results back, for as long as it lives.
+#pragma once
+
+#include "common/keys/keys.h"
+#include "common/result/result.h"
+#include "device/spool/spool.h"
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace gyre {
+
+struct UplinkOptions {
+  std::string host;             // endpoint, "tcp://workstation:7410"
+  std::string host_public_key;  // Z85
+  KeyPair keys;                 // of this device
+  std::string device_name;
+  std::chrono::milliseconds hello_timeout{5000};     // from connecting to the host's welcome
+  std::chrono::milliseconds ping_interval{2000};     // a question after that much silence
+  std::chrono::milliseconds silence_timeout{20000};  // then the connection counts as dead
+  std::chrono::milliseconds reconnect_min{100};      // wait before trying again, doubled every time,
+  std::chrono::milliseconds reconnect_max{5000};     // up to this
+
+  Result<void> check() const;
+};
+
+struct LinkStatus {
+  enum class Phase { connecting, connected, unreachable, refused };
+  Phase phase = Phase::connecting;
+  std::string text;  // one line for the operator
+};
+
+// How far the host is with a scan.
+struct ScanProgress {
+  std::string stage;  // "upload", "queued", or a pipeline stage
+  double fraction = 0.0;
+  std::string text;
+};
+
+struct ResultWait {
+  std::chrono::milliseconds unreachable{60'000};  // give up after that long without a connection
+  std::chrono::milliseconds total{7'200'000};     // give up after that long in any case
+};
+
+// Starts working when constructed, on a thread of its own: follows the spool, sends every file that is not acknowledged
+// (recording or closed), announces discards and closed scans, fetches results, reconnects for ever. The spool outlives it.
+class Uplink {
+ public:
+  // options.check() must hold.
+  Uplink(UplinkOptions options, Spool& spool);
+  ~Uplink();  // stops at once; everything continues with the next Uplink on the same spool
+  Uplink(const Uplink&) = delete;
+  Uplink& operator=(const Uplink&) = delete;
+
+  LinkStatus status() const;
+
+  // Blocks until the results of a closed scan lie in its folder (avatar.glb and what else the host offered).
+  // progress, if given, is called from this thread on every change. Errors: the host refuses or does not answer (the
+  // scan stays in the spool and goes on with the next Uplink), or the reconstruction failed.
+  Result<void> wait_for_result(const std::string& scan_id, const ResultWait& wait,
+                               const std::function<void(const ScanProgress&)>& progress = {});
+
+ private:
+  class Worker;
+  std::unique_ptr<Worker> worker_;
+};
+
+}  // namespace gyre

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/cameras/bundle_adjustment.h"
+
+#include <ceres/ceres.h>
+
+namespace gyre {
+
+namespace {
+
+using PoseBlock = std::array<double, 7>;  // quaternion x y z w, translation
+using LensBlock = std::array<double, 9>;  // f, fy / fx, cx, cy, k1, k2, p1, p2, k3
+
+// Prior standard deviations of a lens: shares of the image size for the principal point, absolute for the rest.
+constexpr double prior_aspect = 0.01;
+constexpr double prior_principal = 0.03;
+constexpr double prior_k1 = 0.3;
+constexpr double prior_k2 = 0.3;
+constexpr double prior_tangential = 0.01;
+
+Eigen::Quaterniond exponential(const Eigen::Vector3d& w) {
+  const double angle = w.norm();
+  const double s = angle > 1e-8 ? std::sin(0.5 * angle) / angle : 0.5;
+  return {std::cos(0.5 * angle), s * w.x(), s * w.y(), s * w.z()};
+}
+
+// Poses change by x -> exp(w) R x + t + v. The reprojection cost writes derivatives by (w, v) directly into the first
+// six columns of its block, and PlusJacobian hands them through.
+class PoseManifold final : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return 7; }
+  int TangentSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* result) const override {
+    const Eigen::Quaterniond rotation(x);
+    Eigen::Map<Eigen::Quaterniond> moved(result);
+    moved = (exponential(Eigen::Vector3d(delta)) * rotation).normalized();
+    for (int i = 0; i < 3; ++i) result[4 + i] = x[4 + i] + delta[3 + i];
+    return true;
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>> j(jacobian);
+    j.setIdentity();
+    return true;
+  }
+  bool Minus(const double*, const double*, double*) const override { return false; }
+  bool MinusJacobian(const double*, double*) const override { return false; }
+};
+
+// Reprojection error of one keypoint with analytic derivatives.
+class Reprojection final : public ceres::SizedCostFunction<2, 7, 9, 3> {
+ public:
+  Reprojection(const Eigen::Vector2d& pixel, double weight) : pixel_(pixel), weight_(weight) {}
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Eigen::Map<const Eigen::Quaterniond> rotation(blocks[0]);
+    const Eigen::Map<const Eigen::Vector3d> translation(blocks[0] + 4);
+    const double* lens = blocks[1];
+    const Eigen::Map<const Eigen::Vector3d> point(blocks[2]);
+    const Eigen::Matrix3d R = rotation.toRotationMatrix();
+    const Eigen::Vector3d rotated = R * point;
+    const Eigen::Vector3d p = rotated + translation;
+    const double f = lens[0], aspect = lens[1], k1 = lens[4], k2 = lens[5], p1 = lens[6], p2 = lens[7], k3 = lens[8];
+    const double z = std::max(p.z(), 1e-6);  // a point that crosses the image plane gets a huge error, not a NaN
+    const double x = p.x() / z, y = p.y() / z;
+    const double r2 = x * x + y * y, r4 = r2 * r2;
+    const double radial = 1 + k1 * r2 + k2 * r4 + k3 * r4 * r2;
+    const double xd = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
+    const double yd = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
+    const double fx = weight_ * f, fy = weight_ * f * aspect;
+    residuals[0] = fx * xd + weight_ * (lens[2] - pixel_.x());
+    residuals[1] = fy * yd + weight_ * (lens[3] - pixel_.y());
+    if (jacobians == nullptr) return true;
+
+    if (jacobians[1] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 9, Eigen::RowMajor>> j(jacobians[1]);
+      j.row(0) << weight_ * xd, 0, weight_, 0, fx * x * r2, fx * x * r4, fx * 2 * x * y, fx * (r2 + 2 * x * x),
+          fx * x * r4 * r2;
+      j.row(1) << weight_ * aspect * yd, weight_ * f * yd, 0, weight_, fy * y * r2, fy * y * r4,
+          fy * (r2 + 2 * y * y), fy * 2 * x * y, fy * y * r4 * r2;
+    }
+    if (jacobians[0] == nullptr && jacobians[2] == nullptr) return true;
+    const double radial_slope = k1 + 2 * k2 * r2 + 3 * k3 * r4;  // d radial / d r2
+    Eigen::Matrix2d distortion;
+    distortion << radial + 2 * x * x * radial_slope + 2 * p1 * y + 6 * p2 * x,
+        2 * x * y * radial_slope + 2 * p1 * x + 2 * p2 * y, 2 * x * y * radial_slope + 2 * p1 * x + 2 * p2 * y,
+        radial + 2 * y * y * radial_slope + 6 * p1 * y + 2 * p2 * x;
+    Eigen::Matrix<double, 2, 3> projection;
+    projection << 1 / z, 0, -x / z, 0, 1 / z, -y / z;
+    const Eigen::Matrix<double, 2, 3> by_camera_point = Eigen::Vector2d(fx, fy).asDiagonal() * distortion * projection;
+    if (jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> j(jacobians[0]);
+      j.setZero();
+      for (int row = 0; row < 2; ++row) {
+        // d (exp(w) q) / dw = -[q]x, so that g . (w x q) = w . (q x g).
+        const Eigen::Vector3d g = by_camera_point.row(row);
+        j.block<1, 3>(row, 0) = rotated.cross(g).transpose();
+        j.block<1, 3>(row, 3) = g.transpose();
+      }
+    }
+    if (jacobians[2] != nullptr)
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(jacobians[2]) = by_camera_point * R;
+    return true;
+  }
+
+ private:
+  Eigen::Vector2d pixel_;
+  double weight_;
+};
+
+// Pulls a lens that the views leave free towards an ordinary one.
+class LensPrior final : public ceres::SizedCostFunction<7, 9> {
+ public:
+  explicit LensPrior(const Camera& camera) : middle_(0.5 * camera.width, 0.5 * camera.height) {
+    const double size = std::max(camera.width, camera.height);
+    weight_ << 1 / prior_aspect, 1 / (prior_principal * size), 1 / (prior_principal * size), 1 / prior_k1,
+        1 / prior_k2, 1 / prior_tangential, 1 / prior_tangential;
+  }
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const double* lens = blocks[0];
+    const std::array<double, 7> usual{1, middle_.x(), middle_.y(), 0, 0, 0, 0};
+    for (int i = 0; i < 7; ++i) residuals[i] = weight_[i] * (lens[i + 1] - usual[static_cast<std::size_t>(i)]);
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 7, 9, Eigen::RowMajor>> j(jacobians[0]);
+      j.setZero();
+      for (int i = 0; i < 7; ++i) j(i, i + 1) = weight_[i];
+    }
+    return true;
+  }
+
+ private:
+  Eigen::Vector2d middle_;
+  Eigen::Matrix<double, 7, 1> weight_;
+};
+
+std::vector<int> constant_lens_entries(LensFreedom freedom) {
+  switch (freedom) {
+    case LensFreedom::focal: return {1, 2, 3, 5, 6, 7, 8};
+    case LensFreedom::principal: return {6, 7, 8};
+    case LensFreedom::tangential: return {8};
+    case LensFreedom::fixed: break;
+  }
+  return {};
+}
+
+// Tracks that take part: all long enough ones that a free view sees, or the longest until every view has its share.
+std::vector<int> choose_tracks(const Scene& scene, const BundleOptions& options, const std::vector<bool>& is_free) {
+  std::vector<std::pair<int, int>> longest_first;  // minus used count, track
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+    const Track& track = scene.tracks[t];
+    if (!track.triangulated) continue;
+    const int used = track.used_count();
+    if (used < options.min_observations) continue;
+    const bool touches = std::any_of(track.observations.begin(), track.observations.end(), [&](const Observation& o) {
+      return o.used && is_free[static_cast<std::size_t>(o.view)];
+    });
+    if (touches) longest_first.emplace_back(-used, static_cast<int>(t));
+  }
+  std::vector<int> chosen;
+  if (options.max_points_per_view <= 0) {
+    for (const auto& [length, track] : longest_first) chosen.push_back(track);
+    return chosen;
+  }
+  std::sort(longest_first.begin(), longest_first.end());
+  std::vector<int> points_of(scene.views.size(), 0);
+  for (const auto& [length, t] : longest_first) {
+    const Track& track = scene.tracks[static_cast<std::size_t>(t)];
+    const bool wanted = std::any_of(track.observations.begin(), track.observations.end(), [&](const Observation& o) {
+      return o.used && points_of[static_cast<std::size_t>(o.view)] < options.max_points_per_view;
+    });
+    if (!wanted) continue;
+    for (const Observation& o : track.observations)
+      if (o.used) ++points_of[static_cast<std::size_t>(o.view)];
+    chosen.push_back(t);
+  }
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
+}  // namespace
+
+BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
+  std::vector<bool> is_free(scene.views.size(), false);
+  if (options.free_views.empty()) {
+    for (std::size_t v = 0; v < scene.views.size(); ++v) is_free[v] = scene.views[v].registered;
+  } else {
+    for (const int v : options.free_views) is_free[static_cast<std::size_t>(v)] = true;
+  }
+  const std::vector<int> tracks = choose_tracks(scene, options, is_free);
+  if (options.free_views.empty()) {
+    const auto first = std::find(is_free.begin(), is_free.end(), true);
+    if (first != is_free.end()) *first = false;
+  }
+
+  std::vector<PoseBlock> poses(scene.views.size());
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    Eigen::Map<Eigen::Quaterniond>(poses[v].data()) = scene.views[v].cam_from_world.rotation;
+    Eigen::Map<Eigen::Vector3d>(poses[v].data() + 4) = scene.views[v].cam_from_world.translation;
+  }
+  std::vector<LensBlock> lenses;
+  for (const Camera& c : scene.cameras) lenses.push_back({c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3});
+
+  PoseManifold pose_manifold;
+  ceres::CauchyLoss loss(options.loss_scale);
+  std::unique_ptr<ceres::SubsetManifold> lens_manifold;
+  if (options.lens != LensFreedom::fixed)
+    lens_manifold = std::make_unique<ceres::SubsetManifold>(9, constant_lens_entries(options.lens));
+  ceres::Problem::Options ownership;
+  ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(ownership);
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  std::vector<bool> pose_in(scene.views.size(), false), lens_in(scene.cameras.size(), false);
+  BundleSummary result;
+  for (const int t : tracks) {
+    Track& track = scene.tracks[static_cast<std::size_t>(t)];
+    for (const Observation& o : track.observations) {
+      if (!o.used) continue;
+      const auto view = static_cast<std::size_t>(o.view);
+      const auto camera = static_cast<std::size_t>(scene.views[view].camera);
+      problem.AddResidualBlock(new Reprojection(scene.pixel_of(o), 1.0), &loss, poses[view].data(),
+                               lenses[camera].data(), track.point.data());
+      pose_in[view] = true;
+      lens_in[camera] = true;
+      ++result.observations;
+    }
+    if (options.free_points) {
+      ordering->AddElementToGroup(track.point.data(), 0);
+    } else {
+      problem.SetParameterBlockConstant(track.point.data());
+    }
+  }
+  if (result.observations == 0) return result;
+  for (std::size_t v = 0; v < poses.size(); ++v) {
+    if (!pose_in[v]) continue;
+    if (is_free[v]) {
+      problem.SetManifold(poses[v].data(), &pose_manifold);
+      ordering->AddElementToGroup(poses[v].data(), 1);
+    } else {
+      problem.SetParameterBlockConstant(poses[v].data());
+    }
+  }
+  for (std::size_t c = 0; c < lenses.size(); ++c) {
+    if (!lens_in[c]) continue;
+    if (lens_manifold) {
+      problem.SetManifold(lenses[c].data(), lens_manifold.get());
+      problem.AddResidualBlock(new LensPrior(scene.cameras[c]), nullptr, lenses[c].data());
+      const double size = std::max(scene.cameras[c].width, scene.cameras[c].height);
+      problem.SetParameterLowerBound(lenses[c].data(), 0, 0.4 * size);
+      problem.SetParameterUpperBound(lenses[c].data(), 0, 6.0 * size);
+      ordering->AddElementToGroup(lenses[c].data(), 1);
+    } else {
+      problem.SetParameterBlockConstant(lenses[c].data());
+    }
+  }
+
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::DENSE_SCHUR;  // a few hundred views: the reduced system is small and nearly full
+  solver.linear_solver_ordering = ordering;
+  solver.num_threads = 1;
+  solver.max_num_iterations = options.max_iterations;
+  solver.function_tolerance = options.tolerance;
+  solver.gradient_tolerance = 1e-12;
+  solver.parameter_tolerance = 1e-10;
+  solver.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  result.initial_cost = summary.initial_cost;
+  result.final_cost = summary.final_cost;
+  result.iterations = static_cast<int>(summary.iterations.size());
+  if (!summary.IsSolutionUsable()) return result;
+  for (std::size_t v = 0; v < poses.size(); ++v) {
+    if (!pose_in[v] || !is_free[v]) continue;
+    scene.views[v].cam_from_world.rotation = Eigen::Quaterniond(poses[v].data());
+    scene.views[v].cam_from_world.translation = Eigen::Vector3d(poses[v].data() + 4);
+  }
+  for (std::size_t c = 0; c < lenses.size(); ++c) {
+    if (!lens_in[c] || !lens_manifold) continue;
+    Camera& camera = scene.cameras[c];
+    const LensBlock& l = lenses[c];
+    camera.fx = l[0];
+    camera.fy = l[0] * l[1];
+    camera.cx = l[2];
+    camera.cy = l[3];
+    camera.k1 = l[4];
+    camera.k2 = l[5];
+    camera.p1 = l[6];
+    camera.p2 = l[7];
+    camera.k3 = l[8];
+  }
+  return result;
+}
+
+}  // namespace gyre

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which pictures are worth matching with each other, from the order of capture and a cheap look at their content.
+#pragma once
+
+#include "offload/cameras/features.h"
+
+#include <Eigen/Core>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace gyre {
+
+struct PairOptions {
+  int neighbours = 4;          // pictures before and after in the same pass
+  int largest_step = 8;        // and those 8, 16, ... apart, doubling up to this
+  int best_votes = 7;          // most similar others of each picture
+  int best_votes_other_pass = 3;
+  int min_votes = 4;           // matches among the largest features for a picture to count as similar
+  int voting_features = 300;   // largest features of each picture that vote
+  int exhaustive_up_to = 60;   // unordered pictures: match all with all up to this many
+};
+
+// Matches among the largest features of every two pictures (Wu, "Towards linear-time incremental structure from
+// motion", 3DV 2013, section 2: large features match more often); symmetric, zero diagonal.
+Eigen::MatrixXi similarity_votes(std::span<const Features> features, const PairOptions& options, int threads);
+
+// Pairs (a < b) to match, sorted. pass_of: per picture, which walk it belongs to; pictures of a pass are in order of
+// capture when `ordered`. The vote closes rings and links rings and passes.
+std::vector<std::pair<int, int>> choose_pairs(std::span<const int> pass_of, const Eigen::MatrixXi& votes, bool ordered,
+                                              const PairOptions& options);
+
+}  // namespace gyre

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is taken out of the fused cloud: the floor, sparse specks, and clusters that are not the subject.
+#pragma once
+
+#include "common/mesh/mesh.h"
+#include "offload/cloud/subject_region.h"
+
+#include <vector>
+
+namespace gyre {
+
+// Points whose flag is not zero, in their order.
+PointCloud selected(const PointCloud& cloud, const std::vector<char>& keep);
+
+struct FloorOptions {
+  double height = 0.015;         // metres; points below it with a normal within max_angle of up are floor
+  double certain_height = 0.004;  // metres; points below it are floor whatever their normal
+  double max_angle_deg = 35.0;
+};
+
+// 0 for floor (the plane y = 0), 1 for the rest.
+std::vector<char> above_floor(const PointCloud& cloud, const FloorOptions& options);
+
+// 0 for points with fewer than `count` others within `radius` metres.
+std::vector<char> well_surrounded(const PointCloud& cloud, double radius, int count);
+
+struct ClusterOptions {
+  double gap = 0.03;           // metres; points nearer than about this are connected
+  double min_share = 0.02;     // of the largest cluster's points, for a cluster to be kept
+};
+
+// 1 for points of the largest cluster and of others of at least min_share of its size; clusters are connected
+// components of occupied cubes with side `gap`, all 26 neighbours counted. Points count with `weight` times how near
+// the vertical axis through the region's centre they are, so that what stands at the border does not win.
+std::vector<char> subject_clusters(const PointCloud& cloud, const SubjectRegion& region, const ClusterOptions& options);
+
+}  // namespace gyre

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/fit/body_jacobian.h"
+
+#include <cmath>
+
+namespace gyre {
+
+namespace {
+
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+}  // namespace
+
+BodyJacobian::BodyJacobian(const BodyTemplate& body, std::vector<int> free_joints, int shape_count)
+    : body_(body), free_joints_(std::move(free_joints)), shape_count_(shape_count), slot_(body.joints.size(), -1) {
+  for (std::size_t i = 0; i < free_joints_.size(); ++i) slot_[free_joints_[i]] = static_cast<int>(i);
+  vertex_shapes_.assign(body.mesh.vertices.size(), Eigen::Matrix3Xf::Zero(3, shape_count));
+  for (int s = 0; s < shape_count; ++s) {
+    const Morph& morph = body.shapes[s];
+    for (std::size_t i = 0; i < morph.vertices.size(); ++i) vertex_shapes_[morph.vertices[i]].col(s) = morph.offsets[i];
+  }
+  for (const Joint& joint : body.joints) {
+    Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, shape_count);
+    for (const auto& [vertex, weight] : joint.regressor) sum += weight * vertex_shapes_[vertex].cast<double>();
+    joint_shapes_.push_back(std::move(sum));
+  }
+}
+
+void BodyJacobian::linearise(const BodyState& state, const PosedBody& posed) {
+  state_ = &state;
+  posed_ = &posed;
+  const std::size_t count = body_.joints.size();
+  parent_rotation_.assign(count, Eigen::Matrix3d::Identity());
+  joint_places_.resize(count);
+  skin_shapes_.resize(count);
+  std::vector<Eigen::Matrix3Xd> place_shapes(count);
+  for (std::size_t j = 0; j < count; ++j) {
+    const int parent = body_.joints[j].parent;
+    joint_places_[j] = posed.joint(static_cast<int>(j));
+    if (parent < 0) {
+      place_shapes[j] = state.scale * joint_shapes_[j];
+    } else {
+      parent_rotation_[j] = posed.posed_from_rest[parent].linear();
+      place_shapes[j] =
+          place_shapes[parent] + state.scale * parent_rotation_[j] * (joint_shapes_[j] - joint_shapes_[parent]);
+    }
+    skin_shapes_[j] = place_shapes[j] - state.scale * posed.posed_from_rest[j].linear() * joint_shapes_[j];
+  }
+}
+
+void BodyJacobian::add_vertex(int vertex, double weight, Eigen::Ref<Eigen::Matrix3Xd> jacobian) const {
+  const SkinWeights& skin = body_.skin[vertex];
+  const Eigen::Vector3d& rest = posed_->rest_vertices[vertex];
+  jacobian.leftCols<3>() += weight * Eigen::Matrix3d::Identity();
+  jacobian.col(3) += weight * (posed_->vertices[vertex] - state_->pose.translation);
+  auto shapes = jacobian.rightCols(shape_count_);
+  Eigen::Matrix3d blended = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < skin.joint.size(); ++i) {
+    const double w = weight * skin.weight[i];
+    if (w == 0.0) continue;
+    const int joint = skin.joint[i];
+    const Eigen::Affine3d& transform = posed_->posed_from_rest[joint];
+    const Eigen::Vector3d placed = transform * rest;
+    for (int k = joint; k >= 0; k = body_.joints[k].parent)
+      if (slot_[k] >= 0)
+        jacobian.middleCols<3>(joint_column(slot_[k])) -=
+            w * cross_matrix(placed - joint_places_[k]) * parent_rotation_[k];
+    blended += w * transform.linear();
+    shapes += w * skin_shapes_[joint];
+  }
+  shapes += state_->scale * blended * vertex_shapes_[vertex].cast<double>();
+}
+
+BodyState BodyJacobian::stepped(const BodyState& state, const Eigen::VectorXd& step) const {
+  BodyState next = state;
+  next.pose.translation += step.head<3>();
+  next.scale *= std::exp(step[3]);
+  for (std::size_t i = 0; i < free_joints_.size(); ++i) {
+    Eigen::Vector3d& rotation = next.pose.rotations[free_joints_[i]];
+    rotation = rotation_vector_of(rotation_of(step.segment<3>(joint_column(static_cast<int>(i)))) *
+                                  rotation_of(rotation));
+  }
+  next.shape.head(shape_count_) += step.tail(shape_count_);
+  return next;
+}
+
+}  // namespace gyre

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/fit/coarse_fit.h"
+
+#include "common/parallel/parallel.h"
+#include "offload/fit/body_jacobian.h"
+#include "offload/fit/cloud_preparation.h"
+#include "offload/fit/pose_prior.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace gyre {
+
+namespace {
+
+constexpr std::size_t block = 128;  // matches whose equations are summed together; fixes the order of the sums
+
+struct NormalEquations {
+  Eigen::MatrixXd hessian;
+  Eigen::VectorXd gradient;
+
+  explicit NormalEquations(int parameters)
+      : hessian(Eigen::MatrixXd::Zero(parameters, parameters)), gradient(Eigen::VectorXd::Zero(parameters)) {}
+};
+
+// Sums w |A (x + J d - target)|^2 over the matches, A with weight 1 along the normal and slide_weight across it.
+NormalEquations data_equations(const BodyJacobian& jacobian, const PosedBody& posed, const std::vector<Match>& matches,
+                               double slide_weight, int threads) {
+  const int parameters = jacobian.parameters();
+  const std::size_t blocks = (matches.size() + block - 1) / block;
+  constexpr std::size_t batch = 8;  // blocks held at once, for memory
+  NormalEquations sum(parameters);
+  for (std::size_t first = 0; first < blocks; first += batch) {
+    const std::size_t count = std::min(batch, blocks - first);
+    std::vector<NormalEquations> parts(count, NormalEquations(parameters));
+    parallel_for(count, threads, [&](std::size_t b) {
+      const std::size_t begin = (first + b) * block, end = std::min(matches.size(), begin + block);
+      Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(3 * (end - begin)), parameters);
+      Eigen::VectorXd residuals(rows.rows());
+      Eigen::Matrix3Xd at_point(3, parameters);
+      for (std::size_t i = begin; i < end; ++i) {
+        const Match& m = matches[i];
+        at_point.setZero();
+        Eigen::Vector3d x = Eigen::Vector3d::Zero();
+        for (int k = 0; k < 3; ++k) {
+          if (m.weights[k] == 0.0) continue;
+          jacobian.add_vertex(m.corners[k], m.weights[k], at_point);
+          x += m.weights[k] * posed.vertices[m.corners[k]];
+        }
+        const Eigen::Matrix3d normal_part = m.normal * m.normal.transpose();
+        const Eigen::Matrix3d whitening =
+            std::sqrt(m.weight) *
+            (normal_part + std::sqrt(slide_weight) * (Eigen::Matrix3d::Identity() - normal_part));
+        const auto row = static_cast<Eigen::Index>(3 * (i - begin));
+        rows.middleRows<3>(row) = whitening * at_point;
+        residuals.segment<3>(row) = whitening * (x - m.target);
+      }
+      parts[b].hessian.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+      parts[b].gradient = rows.transpose() * residuals;
+    });
+    for (const NormalEquations& part : parts) {
+      sum.hessian += part.hessian;
+      sum.gradient += part.gradient;
+    }
+  }
+  sum.hessian = sum.hessian.selfadjointView<Eigen::Lower>();
+  return sum;
+}
+
+// One outer vertex for each cell of the mean shape.
+std::vector<int> thinned_vertices(const BodyTemplate& body, const OuterSurface& outer, double cell) {
+  std::set<std::array<int, 3>> taken;
+  std::vector<int> kept;
+  for (const int v : outer.vertices) {
+    const Eigen::Vector3d p = body.mesh.vertices[v] / cell;
+    if (taken.insert({static_cast<int>(std::floor(p.x())), static_cast<int>(std::floor(p.y())),
+                      static_cast<int>(std::floor(p.z()))})
+            .second)
+      kept.push_back(v);
+  }
+  return kept;
+}
+
+// Geman-McClure weights of width `width`; both directions count alike.
+void weigh(std::vector<Match>& matches, const PosedBody& posed, double width, double outside_weight) {
+  for (Match& m : matches) {
+    Eigen::Vector3d x = Eigen::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) x += m.weights[k] * posed.vertices[m.corners[k]];
+    const double ratio = width * width / (width * width + (x - m.target).squaredNorm());
+    m.weight = ratio * ratio * (m.offset > 0 ? outside_weight : 1.0);
+  }
+}
+
+double misfit_of(const std::vector<Match>& matches, const PosedBody& posed, std::size_t asked, double radius) {
+  double sum = static_cast<double>(asked - matches.size()) * radius;
+  for (const Match& m : matches) {
+    Eigen::Vector3d x = Eigen::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) x += m.weights[k] * posed.vertices[m.corners[k]];
+    sum += std::min((x - m.target).norm(), radius);
+  }
+  return asked > 0 ? sum / static_cast<double>(asked) : radius;
+}
+
+// Steps beyond this are a sign of few matches, not of a body that moved.
+void limit_step(Eigen::VectorXd& step, const BodyJacobian& jacobian) {
+  const auto shrink = [&](auto part, double largest) {
+    if (const double size = part.norm(); size > largest) part *= largest / size;
+  };
+  shrink(step.head<3>(), 0.1);
+  step[3] = std::clamp(step[3], -0.05, 0.05);
+  for (std::size_t k = 0; k < jacobian.free_joints().size(); ++k)
+    shrink(step.segment<3>(jacobian.joint_column(static_cast<int>(k))), 0.25);
+  for (Eigen::Index s = jacobian.shape_column(); s < step.size(); ++s) step[s] = std::clamp(step[s], -1.0, 1.0);
+}
+
+}  // namespace
+
+CoarseFit fit_coarse(const BodyTemplate& body, const OuterSurface& outer, const OrientedPoints& cloud,
+                     const BodyState& start, const CoarseFitOptions& options, const Progress& progress) {
+  const OrientedPoints points = thin(cloud, cell_for_count(cloud, options.cloud_points));
+  const PointIndex cloud_index(points);
+  const std::vector<int> vertices = thinned_vertices(body, outer, options.surface_cell);
+  const PosePrior prior = standing_prior(body, start.pose);
+  const int shapes = static_cast<int>(body.shapes.size());
+  BodyJacobian jacobian(body, prior.joints, shapes);
+
+  CoarseFit fit{start};
+  const auto matches_of = [&](const PosedBody& posed, const MatchGate& gate, std::vector<Match>& to_surface,
+                              std::vector<Match>& to_cloud) {
+    const SearchableSurface surface(outer, posed.vertices, posed.normals);
+    to_surface = match_cloud(points, surface, gate, options.threads);
+    to_cloud = match_vertices(vertices, surface, cloud_index, gate, gate.radius, options.threads);
+  };
+
+  std::vector<Match> to_surface, to_cloud;
+  for (int i = 0; i < options.iterations; ++i) {
+    const double progressed = static_cast<double>(i) / options.iterations;
+    if (progress) progress(progressed, "fitting pose and shape");
+    // The first third settles the pose with everything in reach, the second brings the shape in, the last refines.
+    const double radius =
+        std::max(options.last_radius,
+                 options.first_radius * std::pow(options.last_radius / options.first_radius, progressed / 0.7));
+    const MatchGate gate{radius, progressed < 0.2 ? 0.0 : options.min_cosine, 8};
+    const PosedBody posed = evaluate(body, fit.state);
+    matches_of(posed, gate, to_surface, to_cloud);
+    weigh(to_surface, posed, 0.4 * radius, options.outside_weight);
+    weigh(to_cloud, posed, 0.4 * radius, options.outside_weight);
+    std::vector<Match> matches = to_surface;
+    matches.insert(matches.end(), to_cloud.begin(), to_cloud.end());
+    double total = 0.0;
+    for (const Match& m : matches) total += m.weight;
+    if (!(total > 0)) break;
+
+    jacobian.linearise(fit.state, posed);
+    NormalEquations equations = data_equations(jacobian, posed, matches, options.slide_weight, options.threads);
+    const double unit = options.data_count / (total * options.data_deviation * options.data_deviation);
+    equations.hessian *= unit;
+    equations.gradient *= unit;
+    add_prior(prior, fit.state.pose, jacobian.joint_column(0), 0.03, equations.hessian, equations.gradient);
+    const double scale_weight = 1.0 / (options.scale_deviation * options.scale_deviation);
+    equations.hessian(3, 3) += scale_weight;
+    equations.gradient[3] += scale_weight * std::log(fit.state.scale / options.mean_scale);
+    // While the pose is still far off, the shape is held by a tighter prior.
+    const double shape_weight = progressed < 0.33 ? 100.0 : 1.0;
+    for (int s = 0; s < shapes; ++s) {
+      equations.hessian(jacobian.shape_column() + s, jacobian.shape_column() + s) += shape_weight;
+      equations.gradient[jacobian.shape_column() + s] += shape_weight * fit.state.shape[s];
+    }
+    equations.hessian.diagonal() *= 1.0 + 1e-4;
+    equations.hessian.diagonal().array() += 1e-9;
+    Eigen::VectorXd step = equations.hessian.ldlt().solve(-equations.gradient);
+    if (!step.allFinite()) break;
+    limit_step(step, jacobian);
+    fit.state = jacobian.stepped(fit.state, step);
+  }
+
+  const PosedBody posed = evaluate(body, fit.state);
+  matches_of(posed, {options.last_radius, options.min_cosine, 8}, to_surface, to_cloud);
+  fit.misfit = 0.5 * (misfit_of(to_surface, posed, points.size(), options.last_radius) +
+                      misfit_of(to_cloud, posed, vertices.size(), options.last_radius));
+  return fit;
+}
+
+}  // namespace gyre

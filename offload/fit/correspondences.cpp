@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/fit/correspondences.h"
+
+#include "common/parallel/parallel.h"
+
+#include <cmath>
+#include <optional>
+
+namespace gyre {
+
+namespace {
+
+constexpr std::size_t block = 256;  // queries a task; the result does not depend on it
+
+// Barycentric weights of the point of triangle abc closest to p (Ericson, Real-Time Collision Detection, 2005, 5.1.5).
+Eigen::Vector3d closest_weights(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                const Eigen::Vector3d& c) {
+  const Eigen::Vector3d ab = b - a, ac = c - a;
+  const double d1 = ab.dot(p - a), d2 = ac.dot(p - a);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const double d3 = ab.dot(p - b), d4 = ac.dot(p - b);
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {1 - d1 / (d1 - d3), d1 / (d1 - d3), 0};
+  const double d5 = ab.dot(p - c), d6 = ac.dot(p - c);
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {1 - d2 / (d2 - d6), 0, d2 / (d2 - d6)};
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {0, 1 - w, w};
+  }
+  const double sum = va + vb + vc;
+  return {va / sum, vb / sum, vc / sum};
+}
+
+// Runs `match(i)` for every i and keeps what it found, in order.
+template <class F>
+std::vector<Match> collect(std::size_t count, int threads, const F& match) {
+  std::vector<std::optional<Match>> found(count);
+  parallel_for((count + block - 1) / block, threads, [&](std::size_t b) {
+    for (std::size_t i = b * block; i < std::min(count, (b + 1) * block); ++i) found[i] = match(i);
+  });
+  std::vector<Match> matches;
+  matches.reserve(count);
+  for (const std::optional<Match>& m : found)
+    if (m) matches.push_back(*m);
+  return matches;
+}
+
+OrientedPoints outer_points(const OuterSurface& outer, std::span<const Eigen::Vector3d> vertices,
+                            std::span<const Eigen::Vector3d> normals) {
+  OrientedPoints points;
+  points.positions.reserve(outer.vertices.size());
+  points.normals.reserve(outer.vertices.size());
+  for (const int v : outer.vertices) {
+    points.positions.push_back(vertices[v]);
+    points.normals.push_back(normals[v]);
+  }
+  return points;
+}
+
+}  // namespace
+
+OuterSurface outer_surface(const BodyTemplate& body) {
+  OuterSurface outer;
+  const TemplatePart* part = body.part("body");
+  const int vertex_count = part ? part->vertex_count : static_cast<int>(body.mesh.vertices.size());
+  const int triangle_count = part ? part->triangle_count : static_cast<int>(body.mesh.triangles.size());
+  const auto inner = [&](int v) { return body.regions[v] == BodyRegion::inner; };
+  for (int v = 0; v < vertex_count; ++v)
+    if (!inner(v)) outer.vertices.push_back(v);
+  outer.vertex_triangles.resize(body.mesh.vertices.size());
+  for (int t = 0; t < triangle_count; ++t) {
+    const Eigen::Vector3i& corners = body.mesh.triangles[t];
+    if (inner(corners[0]) || inner(corners[1]) || inner(corners[2])) continue;
+    for (int k = 0; k < 3; ++k) outer.vertex_triangles[corners[k]].push_back(static_cast<int>(outer.triangles.size()));
+    outer.triangles.push_back(corners);
+  }
+  return outer;
+}
+
+SearchableSurface::SearchableSurface(const OuterSurface& given, std::span<const Eigen::Vector3d> all_vertices,
+                                     std::span<const Eigen::Vector3d> all_normals)
+    : outer(&given),
+      vertices(all_vertices),
+      normals(all_normals),
+      index(outer_points(given, all_vertices, all_normals)) {}
+
+std::vector<Match> match_cloud(const OrientedPoints& cloud, const SearchableSurface& surface, const MatchGate& gate,
+                               int threads) {
+  return collect(cloud.size(), threads, [&](std::size_t i) -> std::optional<Match> {
+    const Eigen::Vector3d& p = cloud.positions[i];
+    const auto nearest = surface.index.nearest_compatible(p, cloud.normals[i], gate);
+    if (!nearest) return std::nullopt;
+    const int vertex = surface.outer->vertices[nearest->index];
+    Match best;
+    double squared = std::numeric_limits<double>::infinity();
+    for (const int t : surface.outer->vertex_triangles[vertex]) {
+      const Eigen::Vector3i& c = surface.outer->triangles[t];
+      const Eigen::Vector3d &v0 = surface.vertices[c[0]], &v1 = surface.vertices[c[1]], &v2 = surface.vertices[c[2]];
+      const Eigen::Vector3d weights = closest_weights(p, v0, v1, v2);
+      const Eigen::Vector3d on_surface = weights[0] * v0 + weights[1] * v1 + weights[2] * v2;
+      if (const double d = (p - on_surface).squaredNorm(); d < squared) {
+        squared = d;
+        best.corners = c;
+        best.weights = weights;
+        best.normal = (weights[0] * surface.normals[c[0]] + weights[1] * surface.normals[c[1]] +
+                       weights[2] * surface.normals[c[2]]);
+        best.offset = best.normal.dot(p - on_surface);
+      }
+    }
+    const double length = best.normal.norm();
+    if (!std::isfinite(squared) || !(length > 0)) return std::nullopt;
+    best.normal /= length;
+    best.offset /= length;
+    best.target = p;
+    return best;
+  });
+}
+
+std::vector<Match> match_vertices(std::span<const int> vertices, const SearchableSurface& surface,
+                                  const PointIndex& cloud, const MatchGate& gate, double max_slide, int threads) {
+  return collect(vertices.size(), threads, [&](std::size_t i) -> std::optional<Match> {
+    const int v = vertices[i];
+    const Eigen::Vector3d &x = surface.vertices[v], &n = surface.normals[v];
+    // The plane is averaged over the compatible neighbours near the first one: that takes the noise off.
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+    double first = -1.0;
+    int count = 0;
+    for (const Neighbour& neighbour : cloud.nearest(x, gate.candidates)) {
+      if (neighbour.distance > gate.radius || (count > 0 && neighbour.distance > first + max_slide)) break;
+      const Eigen::Vector3d& point_normal = cloud.points().normals[neighbour.index];
+      if (point_normal.dot(n) < gate.min_cosine) continue;
+      if (count == 0) first = neighbour.distance;
+      mean += cloud.points().positions[neighbour.index];
+      normal += point_normal;
+      ++count;
+    }
+    if (count == 0 || !(normal.norm() > 0)) return std::nullopt;
+    mean /= count;
+    normal.normalize();
+    const double along = normal.dot(mean - x);
+    if ((mean - x - along * normal).norm() > max_slide) return std::nullopt;
+    const Eigen::Vector3d target = x + along * normal;
+    return Match{{v, v, v}, {1, 0, 0}, target, n, n.dot(target - x)};
+  });
+}
+
+}  // namespace gyre

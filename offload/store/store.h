@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// The host's store: a SQLite catalogue of scans, files, jobs and results, and the bundles themselves on disk.
+#pragma once
+
+#include "common/bundle/bundle.h"
+#include "common/result/result.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace gyre {
+
+// A scan on the host; the last three are the states of its job:
+//
+//   receiving ──all files stored──▶ queued ──take_job──▶ running ──finish_job──▶ done
+//                                     ▲                     ├──fail_job──▶ failed
+//                                     └──restart of host────┘
+enum class StorePhase { receiving, queued, running, done, failed };
+
+std::string_view name_of(StorePhase phase);
+
+struct StoredFile {
+  std::string name;  // relative to the bundle
+  std::uint64_t size = 0;
+  std::string sha256;
+};
+
+struct StoredScan {
+  std::string id;
+  std::string device_key;   // public key of the only device that may touch it
+  std::string device_name;
+  std::string created;      // as its scan.json says
+  StorePhase phase = StorePhase::receiving;
+  std::string reason;       // why the job failed
+  bool delivered = false;   // the device has all results
+};
+
+// <folder>/catalogue.sqlite, <folder>/scans/<scan-id>/ (bundles), <folder>/incoming/<scan-id>/ (files half received).
+// What a call has reported is on disk. All methods may be called from any thread; one process at a time owns a store.
+class Store {
+ public:
+  // Opens or creates a store, brings an older catalogue up to date and checks it. Jobs that were running when the host
+  // went down are queued again.
+  static Result<std::unique_ptr<Store>> open(const std::filesystem::path& folder);
+  ~Store();
+  Store(const Store&) = delete;
+  Store& operator=(const Store&) = delete;
+
+  const std::filesystem::path& folder() const { return folder_; }
+  Bundle bundle(std::string_view scan_id) const { return Bundle(folder_ / "scans" / scan_id); }
+  std::filesystem::path incoming(std::string_view scan_id) const { return folder_ / "incoming" / scan_id; }
+
+  // Registers a scan and creates its bundle folder. Again from the same device: fine. From another device: an error.
+  Result<void> open_scan(const Scan& scan, const std::string& device_key, const std::string& device_name);
+  Result<std::optional<StoredScan>> scan(const std::string& scan_id) const;
+  Result<std::vector<StoredScan>> scans() const;  // oldest first
+
+  // A file that lies synced in the bundle. Replaces an entry of the same name.
+  Result<void> add_file(const std::string& scan_id, const StoredFile& file);
+  Result<void> remove_file(const std::string& scan_id, const std::string& name);
+  Result<std::optional<StoredFile>> file(const std::string& scan_id, const std::string& name) const;
+  Result<std::vector<StoredFile>> files(const std::string& scan_id) const;  // by name
+
+  // The bundle is complete: its job is queued. A scan that has a job keeps it.
+  Result<void> queue_job(const std::string& scan_id);
+  // The oldest queued job, now running; nothing when there is none.
+  Result<std::optional<std::string>> take_job();
+  Result<void> finish_job(const std::string& scan_id, const std::vector<StoredFile>& results);
+  Result<void> fail_job(const std::string& scan_id, const std::string& reason);
+  Result<std::vector<StoredFile>> results(const std::string& scan_id) const;  // by name
+  Result<void> set_delivered(const std::string& scan_id);
+
+ private:
+  class Database;
+  explicit Store(std::filesystem::path folder);
+
+  std::filesystem::path folder_;
+  mutable std::mutex mutex_;
+  std::unique_ptr<Database> database_;
+};
+
+}  // namespace gyre
