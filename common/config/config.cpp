@@ -22,25 +22,25 @@ class TomlConfig : public CLI::Config {
   std::string to_config(const CLI::App*, bool, bool, std::string) const override { return {}; }
 
   std::vector<CLI::ConfigItem> from_config(std::istream& in) const override {
-    std::vector<CLI::ConfigItem> items;
+    std::vector<CLI::ConfigItem> found;
     try {
-      append(toml::parse(in), {}, items);
+      append(toml::parse(in), {}, found);
     } catch (const toml::parse_error& e) {
       std::ostringstream where;
       where << e.description() << " at line " << e.source().begin.line;
       throw CLI::FileError("the configuration is not valid TOML: " + where.str());
     }
-    return items;
+    return found;
   }
 
  private:
   static void append(const toml::table& table, const std::vector<std::string>& parents,
-                     std::vector<CLI::ConfigItem>& items) {
+                     std::vector<CLI::ConfigItem>& found) {
     for (const auto& [key, value] : table) {
       if (const toml::table* inner = value.as_table()) {
         std::vector<std::string> path = parents;
         path.emplace_back(key.str());
-        append(*inner, path, items);
+        append(*inner, path, found);
         continue;
       }
       CLI::ConfigItem item;
@@ -51,7 +51,7 @@ class TomlConfig : public CLI::Config {
       } else {
         item.inputs.push_back(text_of(value));
       }
-      items.push_back(std::move(item));
+      found.push_back(std::move(item));
     }
   }
 };

@@ -56,16 +56,17 @@ Result<void> write_key_pair(const std::filesystem::path& file, const KeyPair& ke
     std::filesystem::create_directories(file.parent_path(), error);
     if (error) return fail("cannot create the folder of the keys", file.parent_path().string());
   }
-  // Not write_file: the secret must not exist with other permissions, nor replace one that devices rely on.
-  const int fd = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  // Not write_file: the secret must not exist with other permissions for a moment, nor replace one that devices rely on.
+  std::filesystem::path temporary = file;
+  temporary += ".part" + std::to_string(::getpid());
+  const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
   if (fd < 0) return cannot_write(file);
   const std::string line = keys.secret_key.reveal() + "\n";
   const bool written = ::write(fd, line.data(), line.size()) == static_cast<ssize_t>(line.size()) && ::fsync(fd) == 0;
-  if (::close(fd) != 0 || !written) {
-    const auto error = cannot_write(file);
-    ::unlink(file.c_str());
-    return error;
-  }
+  const bool linked = ::close(fd) == 0 && written && ::link(temporary.c_str(), file.c_str()) == 0;
+  const auto error = cannot_write(file);
+  ::unlink(temporary.c_str());
+  if (!linked) return error;
   return write_public_key(public_file(file), keys.public_key);
 }
 

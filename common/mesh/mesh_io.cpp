@@ -46,7 +46,6 @@ class PlyBody {
       text_.imbue(std::locale::classic());
     }
   }
-  std::size_t left() const { return bytes_.size(); }
 
   std::optional<double> next(PlyType type) {
     if (ascii_) {
@@ -145,6 +144,7 @@ Result<PlyContent> read_content(const std::filesystem::path& file) {
   bool ascii = false;
   const Result<std::vector<PlyElement>> elements = parse_header(header, &ascii, file);
   if (!elements) return tl::unexpected(elements.error());
+  if (header.eof()) return bad_ply(file, "it ends with the header");
   PlyBody body(std::string_view(*bytes).substr(static_cast<std::size_t>(header.tellg())), ascii);
   const std::size_t size = bytes->size();
 

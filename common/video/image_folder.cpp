@@ -14,7 +14,9 @@ namespace gyre {
 
 namespace {
 
-bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+bool is_digit(char c) {
+  return std::isdigit(static_cast<unsigned char>(c)) != 0;
+}
 
 // The digits at the start of `text` without leading zeros; `text` loses them.
 std::string_view take_number(std::string_view& text) {
@@ -46,9 +48,8 @@ class ImageFolder : public FrameSource {
     }
     if (error) return fail("cannot list the folder", info_.path.string(), error.message());
     if (files_.empty()) return fail("no JPEG or PNG pictures in the folder", info_.path.string());
-    std::sort(files_.begin(), files_.end(), [](const auto& a, const auto& b) {
-      return natural_less(a.filename().string(), b.filename().string());
-    });
+    std::sort(files_.begin(), files_.end(),
+              [](const auto& a, const auto& b) { return natural_less(a.filename().string(), b.filename().string()); });
     info_.expected_frames = static_cast<int>(files_.size());
     Result<std::optional<Frame>> first = decode();
     if (!first) return tl::unexpected(first.error());

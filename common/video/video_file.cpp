@@ -25,7 +25,9 @@ Orientation orientation_of_rotation(int degrees) {
   }
 }
 
-std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
+std::string size_text(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
 
 class VideoFile : public FrameSource {
  public:

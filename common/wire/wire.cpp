@@ -70,7 +70,11 @@ struct Encoder {
     to.set_major(m.major);
     to.set_minor(m.minor);
   }
-  void operator()(const Refused& m) const { out.mutable_refused()->set_reason(clean(m.reason)); }
+  void operator()(const Refused& m) const {
+    auto& to = *out.mutable_refused();
+    to.set_reason(clean(m.reason));
+    to.set_permanent(m.permanent);
+  }
   void operator()(const Ping&) const { out.mutable_ping(); }
   void operator()(const Pong&) const { out.mutable_pong(); }
   void operator()(const Credit& m) const { out.mutable_credit()->set_bytes(m.bytes); }
@@ -159,7 +163,7 @@ Message message_of(pb::Envelope& envelope) {
       return Hello{m.major(), m.minor(), clean(m.device_name(), max_name_bytes)};
     }
     case pb::Envelope::kWelcome: return Welcome{envelope.welcome().major(), envelope.welcome().minor()};
-    case pb::Envelope::kRefused: return Refused{clean(envelope.refused().reason())};
+    case pb::Envelope::kRefused: return Refused{clean(envelope.refused().reason()), envelope.refused().permanent()};
     case pb::Envelope::kPing: return Ping{};
     case pb::Envelope::kPong: return Pong{};
     case pb::Envelope::kCredit: return Credit{envelope.credit().bytes()};

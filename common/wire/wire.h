@@ -49,9 +49,10 @@ struct Welcome {
   std::uint32_t minor = protocol_minor;
 };
 
-// The conversation is over, for a reason an operator can read.
+// The conversation is over, for a reason an operator can read. permanent: trying again does not help until someone acts.
 struct Refused {
   std::string reason;
+  bool permanent = false;
 };
 
 struct Ping {};
@@ -74,7 +75,7 @@ struct FileEntry {
   std::string sha256;
 };
 
-// What the host has of a file: its first `held` bytes, or all of it synced and acknowledged.
+// What the host has of a file: its first `held` bytes (file.size is `held` then), or all of it synced and acknowledged.
 struct HeldFile {
   FileEntry file;
   std::uint64_t held = 0;

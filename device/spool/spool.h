@@ -3,7 +3,9 @@
 #pragma once
 
 #include "common/bundle/bundle.h"
+#include "common/bundle/folder_lock.h"
 #include "common/result/result.h"
+#include "device/spool/spooled_scan.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -15,38 +17,9 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace gyre {
-
-class SpoolJournal;
-
-// A scan on the device. Every step is on disk before it is reported:
-//
-//   recording ──close_scan──▶ closed ──host has all──▶ acknowledged ──avatar here──▶ delivered
-//                                                           └──host gave up──▶ failed ──avatar here──▶ delivered
-enum class SpoolPhase { recording, closed, acknowledged, delivered, failed };
-
-// A file of a scan: spooled (on our disk) ──▶ acknowledged (on the host's disk too); or discarded by the selection.
-enum class SpooledFilePhase { spooled, acknowledged, discarded };
-
-std::string_view name_of(SpoolPhase phase);
-
-struct SpooledFile {
-  std::string name;  // relative to the bundle: "frames/body-000012.jpg", "scan.json", "frames.jsonl"
-  std::uint64_t size = 0;
-  std::string sha256;
-  SpooledFilePhase phase = SpooledFilePhase::spooled;
-};
-
-struct SpooledScan {
-  std::string id;
-  SpoolPhase phase = SpoolPhase::recording;
-  std::string reason;                 // why it failed
-  std::vector<SpooledFile> files;     // by name, discarded ones included
-  std::vector<SpooledFile> results;   // what came back from the host so far
-};
 
 // All scans of the device, each a bundle in <folder>/<scan-id>/ with a journal spool.jsonl in it. Survives a kill at any
 // moment: a file or step whose call returned is there after a restart, one whose call did not return may be missing
@@ -88,7 +61,8 @@ class Spool {
 
   // --- For the uplink.
 
-  // Called, from the thread that made it, after every change of the recording side. One listener; empty: none.
+  // Called, from the thread that made it, after every change of the recording side. One listener; empty: none, and on
+  // return the old one is not running any more. It must not call the spool.
   void on_change(std::function<void()> listener);
 
   // The host has synced this very content to its disk.
@@ -106,17 +80,19 @@ class Spool {
 
  private:
   struct Entry;
-  explicit Spool(std::filesystem::path folder);
+  Spool(std::filesystem::path folder, FolderLock lock);
+  std::filesystem::path journal_file(const std::string& scan_id) const;
   Result<void> load(const std::string& scan_id);
-  Result<Entry*> find(const std::string& scan_id);
-  Result<Entry*> find_recording(const std::string& scan_id);
-  Result<void> store_file(Entry& entry, const std::string& name, std::span<const std::byte> bytes);
+  Result<void> repair(Entry& entry);
+  Result<Entry*> find(const std::string& scan_id) const;
+  Result<void> record(const std::string& scan_id, const SpoolEvent& event);
   void notify() const;
 
   std::filesystem::path folder_;
-  int lock_ = -1;
+  FolderLock lock_;
   mutable std::mutex mutex_;
   std::map<std::string, std::unique_ptr<Entry>> scans_;
+  mutable std::mutex listener_mutex_;
   std::function<void()> listener_;
 };
 

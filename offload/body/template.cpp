@@ -98,16 +98,24 @@ void add_morph(std::vector<Eigen::Vector3d>& vertices, const Morph& morph, doubl
     vertices[morph.vertices[i]] += weight * morph.offsets[i].cast<double>();
 }
 
-Result<BodyTemplate> find_template(const std::filesystem::path& given) {
-  if (!given.empty()) return read_template(given);
-  if (const char* named = std::getenv("GYRE_TEMPLATE"); named && *named) return read_template(named);
-  for (const std::filesystem::path& place : {user_template(), std::filesystem::path("/usr/share/gyre/template.glb")}) {
-    std::error_code ignored;
-    if (place.empty() || !std::filesystem::exists(place, ignored)) continue;
-    Result<BodyTemplate> found = read_template(place);
-    if (found) return found;
-    spdlog::warn("template: {}", found.error().message());
+Result<std::filesystem::path> find_template_file(const std::filesystem::path& given) {
+  std::filesystem::path named = given;
+  if (const char* variable = std::getenv("GYRE_TEMPLATE"); named.empty() && variable != nullptr) named = variable;
+  std::error_code ignored;
+  if (!named.empty()) {
+    if (std::filesystem::exists(named, ignored)) return named;
+    return wrong_use("no such template", named.string(), "make one with `gyre-offload template build`");
   }
+  for (const std::filesystem::path& place : {user_template(), std::filesystem::path("/usr/share/gyre/template.glb")}) {
+    if (!place.empty() && std::filesystem::exists(place, ignored)) return place;
+  }
+  return std::filesystem::path();
+}
+
+Result<BodyTemplate> find_template(const std::filesystem::path& given) {
+  const Result<std::filesystem::path> file = find_template_file(given);
+  if (!file) return tl::unexpected(file.error());
+  if (!file->empty()) return read_template(*file);
   spdlog::warn("template: none found; using the built-in human, which has no face rig");
   return built_in_template();
 }

@@ -104,9 +104,12 @@ Result<void> write_template(const BodyTemplate& body, const std::filesystem::pat
 // The generated stand-in: a closed mesh with the same bone names, UV, weights, a few shape components, no face rig.
 BodyTemplate built_in_template();
 
-// Looks in `given` (when not empty), $GYRE_TEMPLATE, the user's data folder ($XDG_DATA_HOME/gyre/template.glb) and the system's
-// (/usr/share/gyre/template.glb), in this order; without any of them the built-in human, with a warning in the log.
-// A `given` or $GYRE_TEMPLATE that cannot be read is an error.
+// Looks in `given` (when not empty), $GYRE_TEMPLATE, the user's data folder ($XDG_DATA_HOME/gyre/template.glb) and the
+// system's (/usr/share/gyre/template.glb), in this order; an empty path when there is none. A `given` or $GYRE_TEMPLATE
+// that does not exist is an error.
+Result<std::filesystem::path> find_template_file(const std::filesystem::path& given);
+
+// Reads that file; the built-in human, with a warning in the log, when there is none.
 Result<BodyTemplate> find_template(const std::filesystem::path& given);
 
 }  // namespace gyre

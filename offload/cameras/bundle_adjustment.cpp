@@ -96,8 +96,10 @@ class Reprojection final : public ceres::SizedCostFunction<2, 7, 9, 3> {
         j.block<1, 3>(row, 3) = g.transpose();
       }
     }
-    if (jacobians[2] != nullptr)
-      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(jacobians[2]) = by_camera_point * R;
+    if (jacobians[2] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> j(jacobians[2]);
+      j = by_camera_point * R;
+    }
     return true;
   }
 
@@ -244,9 +246,6 @@ BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
     if (lens_manifold) {
       problem.SetManifold(lenses[c].data(), lens_manifold.get());
       problem.AddResidualBlock(new LensPrior(scene.cameras[c]), nullptr, lenses[c].data());
-      const double size = std::max(scene.cameras[c].width, scene.cameras[c].height);
-      problem.SetParameterLowerBound(lenses[c].data(), 0, 0.4 * size);
-      problem.SetParameterUpperBound(lenses[c].data(), 0, 6.0 * size);
       ordering->AddElementToGroup(lenses[c].data(), 1);
     } else {
       problem.SetParameterBlockConstant(lenses[c].data());

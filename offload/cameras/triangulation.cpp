@@ -66,6 +66,17 @@ void forget(Track& track) {
   for (Observation& o : track.observations) o.used = false;
 }
 
+int extend_point(const Scene& scene, Track& track, const TriangulationOptions& options) {
+  if (!track.triangulated) return triangulate(scene, track, options) ? track.used_count() : 0;
+  int added = 0;
+  for (Observation& o : track.observations) {
+    if (o.used || !scene.view_of(o).registered) continue;
+    o.used = reprojection_error(scene, o, track.point) < options.max_error;
+    if (o.used) ++added;
+  }
+  return added;
+}
+
 }  // namespace
 
 double angle_between_rays(const Ray& a, const Ray& b) {
@@ -148,19 +159,16 @@ int filter_points(Scene& scene, const TriangulationOptions& options) {
 
 int extend_points(Scene& scene, const TriangulationOptions& options, int threads) {
   std::vector<int> added(scene.tracks.size(), 0);
-  parallel_for(scene.tracks.size(), threads, [&](std::size_t i) {
-    Track& track = scene.tracks[i];
-    if (track.triangulated) {
-      for (Observation& o : track.observations) {
-        if (o.used || !scene.view_of(o).registered) continue;
-        o.used = reprojection_error(scene, o, track.point) < options.max_error;
-        if (o.used) ++added[i];
-      }
-    } else if (triangulate(scene, track, options)) {
-      added[i] = track.used_count();
-    }
-  });
+  parallel_for(scene.tracks.size(), threads,
+               [&](std::size_t i) { added[i] = extend_point(scene, scene.tracks[i], options); });
   return std::accumulate(added.begin(), added.end(), 0);
+}
+
+int extend_points_of_view(Scene& scene, int view, const TriangulationOptions& options) {
+  int added = 0;
+  for (const int track : scene.views[static_cast<std::size_t>(view)].track_of)
+    if (track >= 0) added += extend_point(scene, scene.tracks[static_cast<std::size_t>(track)], options);
+  return added;
 }
 
 }  // namespace gyre

@@ -35,8 +35,11 @@ bool triangulate(const Scene& scene, Track& track, const TriangulationOptions& o
 // observations were dropped.
 int filter_points(Scene& scene, const TriangulationOptions& options);
 
-// Triangulates every track without a point that two registered views see, and offers points with unused observations to
-// those. Returns how many observations were added.
+// Triangulates every track without a point that two registered views see, and lets points take up unused observations
+// that agree. Returns how many observations were added.
 int extend_points(Scene& scene, const TriangulationOptions& options, int threads);
+
+// The same for the tracks of one view that has just been registered.
+int extend_points_of_view(Scene& scene, int view, const TriangulationOptions& options);
 
 }  // namespace gyre

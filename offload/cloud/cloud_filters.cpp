@@ -29,7 +29,8 @@ class CellGrid {
   }
 
   Cell cell_of(const Eigen::Vector3f& x) const {
-    return Cell(static_cast<std::int32_t>(std::floor(x.x() / size_)), static_cast<std::int32_t>(std::floor(x.y() / size_)),
+    return Cell(static_cast<std::int32_t>(std::floor(x.x() / size_)),
+                static_cast<std::int32_t>(std::floor(x.y() / size_)),
                 static_cast<std::int32_t>(std::floor(x.z() / size_)));
   }
   std::size_t cell_count() const { return starts_.size() - 1; }
@@ -43,6 +44,8 @@ class CellGrid {
     return it - starts_.begin();
   }
 
+  std::uint32_t first_point(std::size_t cell) const { return order_[starts_[cell]].second; }
+
   template <class Visit>
   void for_points(std::size_t cell, const Visit& visit) const {
     for (std::uint32_t i = starts_[cell]; i < starts_[cell + 1]; ++i) visit(order_[i].second);
@@ -51,7 +54,8 @@ class CellGrid {
  private:
   static std::uint64_t key(const Cell& cell) {
     std::uint64_t k = 0;
-    for (int axis = 0; axis < 3; ++axis) k = k << 21U | (static_cast<std::uint64_t>(cell[axis] + (1 << 20)) & 0x1FFFFFU);
+    for (int axis = 0; axis < 3; ++axis)
+      k = k << 21U | (static_cast<std::uint64_t>(cell[axis] + (1 << 20)) & 0x1FFFFFU);
     return k;
   }
 
@@ -126,10 +130,9 @@ std::vector<char> subject_clusters(const PointCloud& cloud, const SubjectRegion&
     while (!open.empty()) {
       const std::size_t cell = open.back();
       open.pop_back();
-      Cell at;
+      const Cell at = grid.cell_of(cloud.points[grid.first_point(cell)]);
       grid.for_points(cell, [&](std::uint32_t i) {
         const Eigen::Vector3f& x = cloud.points[i];
-        at = grid.cell_of(x);
         mass[name] += std::max(0.05, 1.0 - std::hypot(x.x() - centre.x(), x.z() - centre.z()) / radius);
       });
       for_neighbour_cells(at, [&](const Cell& next) {

@@ -13,7 +13,7 @@ namespace gyre {
 PointCloud selected(const PointCloud& cloud, const std::vector<char>& keep);
 
 struct FloorOptions {
-  double height = 0.015;         // metres; points below it with a normal within max_angle of up are floor
+  double height = 0.015;          // metres; points below it with a normal within max_angle of up are floor
   double certain_height = 0.004;  // metres; points below it are floor whatever their normal
   double max_angle_deg = 35.0;
 };
@@ -25,8 +25,8 @@ std::vector<char> above_floor(const PointCloud& cloud, const FloorOptions& optio
 std::vector<char> well_surrounded(const PointCloud& cloud, double radius, int count);
 
 struct ClusterOptions {
-  double gap = 0.03;           // metres; points nearer than about this are connected
-  double min_share = 0.02;     // of the largest cluster's points, for a cluster to be kept
+  double gap = 0.03;        // metres; points nearer than about this are connected
+  double min_share = 0.02;  // of the largest cluster's points, for a cluster to be kept
 };
 
 // 1 for points of the largest cluster and of others of at least min_share of its size; clusters are connected

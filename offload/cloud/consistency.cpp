@@ -13,8 +13,8 @@ using Eigen::Vector3d;
 
 struct Other {
   const StereoView* view;
-  const DepthMap* map;
-  Matrix3d rotation;     // other from reference
+  const StereoDepth* map;
+  Matrix3d rotation;  // other from reference
   Vector3d translation;
 };
 
@@ -22,13 +22,31 @@ enum class Verdict { silent, confirms, sees_through };
 
 struct Opinion {
   Verdict verdict = Verdict::silent;
-  double depth = 0;               // along the reference pixel's ray
+  double depth = 0;                    // along the reference pixel's ray
   Vector3d normal = Vector3d::Zero();  // in reference coordinates
 };
 
+// True when `colour` lies within `tolerance` of the range of the four colours around array index (u, v), in every
+// channel; the range makes it indifferent to where between the pixels the point falls (Birchfield and Tomasi, PAMI
+// 1998).
+bool same_colour(const Rgb& colour, const StereoView& view, double u, double v, int tolerance) {
+  const int x = std::clamp(static_cast<int>(std::floor(u)), 0, view.width() - 2);
+  const int y = std::clamp(static_cast<int>(std::floor(v)), 0, view.height() - 2);
+  const std::vector<Rgb>& colours = view.levels[0].colours;
+  const Rgb& a = colours[view.index(x, y)];
+  const Rgb& b = colours[view.index(x + 1, y)];
+  const Rgb& c = colours[view.index(x, y + 1)];
+  const Rgb& d = colours[view.index(x + 1, y + 1)];
+  for (int channel = 0; channel < 3; ++channel) {
+    const auto [low, high] = std::minmax({a[channel], b[channel], c[channel], d[channel]});
+    if (colour[channel] < low - tolerance || colour[channel] > high + tolerance) return false;
+  }
+  return true;
+}
+
 // What one other view says about the point ray * depth with `normal` (reference coordinates).
-Opinion ask(const Other& other, const Vector3d& ray, double depth, const Vector3d& normal, const Matrix3d& k,
-            const ConsistencyOptions& options) {
+Opinion ask(const Other& other, const Vector3d& ray, double depth, const Vector3d& normal, const Rgb& colour, const Matrix3d& k,
+            const ConfirmationOptions& options) {
   const Vector3d there = other.rotation * (ray * depth) + other.translation;
   if (there.z() <= 0) return {};
   const Matrix3d& kj = other.view->levels[0].index_from_camera;
@@ -41,6 +59,8 @@ Opinion ask(const Other& other, const Vector3d& ray, double depth, const Vector3
   const double seen = other.map->depth[i];
   if (seen > there.z() * (1.0 + options.see_through)) return {Verdict::sees_through, 0, Vector3d::Zero()};
   if (std::abs(seen - there.z()) > options.max_relative_depth * there.z()) return {};
+
+  if (!same_colour(colour, *other.view, q.x() / q.z(), q.y() / q.z(), options.max_colour_difference)) return {};
 
   // The neighbour's plane, met by the reference ray: both in the neighbour's coordinates.
   const Vector3d plane_normal = other.map->normal[i].cast<double>();
@@ -66,11 +86,11 @@ Opinion ask(const Other& other, const Vector3d& ray, double depth, const Vector3
 
 }  // namespace
 
-PointCloud consistent_points(std::span<const StereoView> views, std::span<const DepthMap> maps, int reference,
+PointCloud consistent_points(std::span<const StereoView> views, std::span<const StereoDepth> maps, int reference,
                              std::span<const int> others, const SubjectRegion& region,
-                             const ConsistencyOptions& options) {
+                             const ConfirmationOptions& options) {
   const StereoView& view = views[reference];
-  const DepthMap& map = maps[reference];
+  const StereoDepth& map = maps[reference];
   const Matrix3d& k = view.levels[0].index_from_camera;
   const Pose world_from_cam = view.cam_from_world.inverse();
   std::vector<Other> asked;
@@ -87,13 +107,14 @@ PointCloud consistent_points(std::span<const StereoView> views, std::span<const 
       const Vector3d ray((x - k(0, 2)) / k(0, 0), (y - k(1, 2)) / k(1, 1), 1.0);
       const Vector3d normal = map.normal[i].cast<double>();
       const double depth = map.depth[i];
+      const Rgb& colour = view.levels[0].colours[i];
       if (!region.contains(world_from_cam * (ray * depth))) continue;
       int confirming = 1;
       int seeing_through = 0;
       double depth_sum = depth;
       Vector3d normal_sum = normal;
       for (const Other& other : asked) {
-        const Opinion opinion = ask(other, ray, depth, normal, k, options);
+        const Opinion opinion = ask(other, ray, depth, normal, colour, k, options);
         if (opinion.verdict == Verdict::sees_through) ++seeing_through;
         if (opinion.verdict != Verdict::confirms) continue;
         ++confirming;
@@ -105,7 +126,7 @@ PointCloud consistent_points(std::span<const StereoView> views, std::span<const 
       if (!region.contains(point)) continue;
       cloud.points.push_back(point.cast<float>());
       cloud.normals.push_back((world_from_cam.rotation * normal_sum).normalized().cast<float>());
-      cloud.colours.push_back(view.colours[view.index(x, y)]);
+      cloud.colours.push_back(colour);
       const float support = 1.0F - std::exp2(-0.5F * static_cast<float>(confirming - seeing_through));
       cloud.confidence.push_back(support * std::clamp(1.0F - map.cost[i], 0.0F, 1.0F));
     }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdlib>
 
 // The hot loop is compiled for wider vectors as well and chosen when the program starts. It holds no fused operations
 // and adds in a fixed lane order, so every machine gets the same numbers. Sanitizers cannot run the chooser.
@@ -38,21 +39,32 @@ PatchPattern make_pattern() {
 
 const PatchPattern patch_pattern = make_pattern();
 
-ReferencePatch reference_patch(const QuadImage& image, int x, int y, const PatchOptions& options) {
+PatchWeights::PatchWeights(const PatchOptions& options) {
+  for (int i = 0; i < 256; ++i) colour_[i] = static_cast<float>(std::exp(-i / static_cast<double>(options.sigma_colour)));
+  for (int i = 0; i < patch_samples; ++i) {
+    const double distance = std::sqrt(static_cast<double>(patch_pattern.dx[i]) * patch_pattern.dx[i] +
+                                      static_cast<double>(patch_pattern.dy[i]) * patch_pattern.dy[i]);
+    space_[i] = static_cast<float>(std::exp(-distance / static_cast<double>(options.sigma_space)));
+  }
+}
+
+ReferencePatch PatchWeights::reference_patch(const ImageLevel& level, int x, int y) const {
   ReferencePatch patch;
   std::array<float, patch_samples> value;
-  const float centre = image.value(x, y);
+  const QuadImage& image = level.image;
+  const Rgb centre = level.colours[static_cast<std::size_t>(y) * image.width + x];
   float sum = 0;
   for (int i = 0; i < patch_samples; ++i) {
-    const float dx = patch_pattern.dx[i];
-    const float dy = patch_pattern.dy[i];
-    const int u = x + static_cast<int>(dx);
-    const int v = y + static_cast<int>(dy);
-    const bool inside = u >= 0 && v >= 0 && u < image.width && v < image.height;
-    value[i] = inside ? image.value(u, v) : centre;
-    patch.weight[i] = inside ? std::exp(-std::abs(value[i] - centre) / options.sigma_colour -
-                                        std::sqrt(dx * dx + dy * dy) / options.sigma_space)
-                             : 0.0F;
+    const int u = x + static_cast<int>(patch_pattern.dx[i]);
+    const int v = y + static_cast<int>(patch_pattern.dy[i]);
+    value[i] = 0;
+    patch.weight[i] = 0;
+    if (u < 0 || v < 0 || u >= image.width || v >= image.height) continue;
+    const Rgb& colour = level.colours[static_cast<std::size_t>(v) * image.width + u];
+    const int difference = std::max({std::abs(colour[0] - centre[0]), std::abs(colour[1] - centre[1]),
+                                     std::abs(colour[2] - centre[2])});
+    value[i] = image.value(u, v);
+    patch.weight[i] = colour_[difference] * space_[i];
     sum += patch.weight[i];
   }
   for (int i = 0; i < patch_samples; ++i) {

@@ -26,13 +26,24 @@ struct ReferencePatch {
 };
 
 struct PatchOptions {
-  float sigma_colour = 30.0F;  // grey levels
+  float sigma_colour = 20.0F;  // levels of the channel that differs most
   float sigma_space = 5.0F;    // pixels
   float noise = 1.0F;          // grey levels; texture below it does not count as a match
 };
 
-// Weights exp(-|dI| / sigma_colour - |d| / sigma_space) about pixel (x, y) (Schönberger et al., ECCV 2016, section 4.2).
-ReferencePatch reference_patch(const QuadImage& image, int x, int y, const PatchOptions& options);
+// The two factors of the bilateral weight exp(-|dI| / sigma_colour - |d| / sigma_space) (Schönberger et al., ECCV 2016,
+// section 4.2), tabulated.
+class PatchWeights {
+ public:
+  explicit PatchWeights(const PatchOptions& options);
+
+  // The patch about pixel (x, y); samples outside the image weigh nothing.
+  ReferencePatch reference_patch(const ImageLevel& level, int x, int y) const;
+
+ private:
+  std::array<float, 256> colour_;
+  std::array<float, patch_samples> space_;
+};
 
 // Where the patch lies in the source image under a homography: sample (dx, dy) maps to the homogeneous array index
 // centre + dx * along_x + dy * along_y.

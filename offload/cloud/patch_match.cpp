@@ -14,8 +14,6 @@ namespace {
 using Eigen::Matrix3f;
 using Eigen::Vector3f;
 
-constexpr int max_neighbours = 16;
-
 // SplitMix64 (Steele et al., OOPSLA 2014): a stream of numbers for each pixel and step, whoever computes it.
 class PixelRandom {
  public:
@@ -56,7 +54,7 @@ struct Source {
   Matrix3f from_reference;
   Vector3f translation;
   // For the way back, when its depths are known.
-  const DepthMap* map = nullptr;
+  const StereoDepth* map = nullptr;
   Matrix3f to_reference;
   Vector3f back_translation;
 };
@@ -71,9 +69,14 @@ class LevelSolver {
  public:
   LevelSolver(std::span<const StereoView> views, int reference, std::span<const int> neighbours, int level,
               const SubjectRegion& region, const PatchMatchOptions& options, std::uint64_t seed,
-              std::span<const DepthMap> maps)
-      : view_(views[reference]), image_(view_.levels[level].image), options_(options), seed_(seed), level_(level),
-        width_(image_.width), height_(image_.height) {
+              std::span<const StereoDepth> maps)
+      : view_(views[reference]),
+        image_(view_.levels[level].image),
+        options_(options),
+        seed_(seed),
+        level_(level),
+        width_(image_.width),
+        height_(image_.height) {
     const Eigen::Matrix3d& k = view_.levels[level].index_from_camera;
     k_inverse_ = k.inverse().cast<float>();
     k_ = k.cast<float>();
@@ -136,7 +139,7 @@ class LevelSolver {
     score_all();
   }
 
-  void start_from(const DepthMap& map) {
+  void start_from(const StereoDepth& map) {
     for_each_active([&](int x, int y, std::size_t i) {
       if (map.depth[i] <= 0) {
         ranges_[i] = {};
@@ -156,8 +159,8 @@ class LevelSolver {
     }
   }
 
-  DepthMap result() const {
-    DepthMap map{width_, height_, {}, {}, {}};
+  StereoDepth result() const {
+    StereoDepth map{width_, height_, {}, {}, {}};
     map.depth.assign(planes_.size(), 0.0F);
     map.normal.assign(planes_.size(), Vector3f::Zero());
     map.cost.assign(planes_.size(), worst_cost);
@@ -182,9 +185,7 @@ class LevelSolver {
 
   int step_id(int iteration) const { return 64 * level_ + iteration + 1; }
 
-  Vector3f ray(int x, int y) const {
-    return k_inverse_ * Vector3f(static_cast<float>(x), static_cast<float>(y), 1.0F);
-  }
+  Vector3f ray(int x, int y) const { return k_inverse_ * Vector3f(static_cast<float>(x), static_cast<float>(y), 1.0F); }
 
   void find_ranges(const SubjectRegion& region) {
     ranges_.assign(static_cast<std::size_t>(width_) * height_, {});
@@ -352,11 +353,11 @@ class LevelSolver {
     return wanted;
   }
 
-  struct Offset {
+  struct PixelOffset {
     int dx, dy;
   };
   // Up, down, left, right; near and far. All offsets are odd, so that they point to the other colour.
-  static constexpr std::array<std::array<Offset, 5>, 8> propagation_areas = {{
+  static constexpr std::array<std::array<PixelOffset, 5>, 8> propagation_areas = {{
       {{{0, -1}, {-1, -2}, {1, -2}, {0, -3}, {0, -3}}},
       {{{0, 1}, {-1, 2}, {1, 2}, {0, 3}, {0, 3}}},
       {{{-1, 0}, {-2, -1}, {-2, 1}, {-3, 0}, {-3, 0}}},
@@ -383,7 +384,7 @@ class LevelSolver {
   std::vector<float> costs_;
 };
 
-DepthMap nothing_known(const StereoView& view) {
+StereoDepth nothing_known(const StereoView& view) {
   const std::size_t size = static_cast<std::size_t>(view.width()) * view.height();
   return {view.width(), view.height(), std::vector<float>(size, 0.0F), std::vector<Vector3f>(size, Vector3f::Zero()),
           std::vector<float>(size, worst_cost)};
@@ -391,8 +392,8 @@ DepthMap nothing_known(const StereoView& view) {
 
 }  // namespace
 
-DepthMap estimate_depth(std::span<const StereoView> views, int reference, std::span<const int> neighbours,
-                        const SubjectRegion& region, const PatchMatchOptions& options, std::uint64_t seed) {
+StereoDepth estimate_depth(std::span<const StereoView> views, int reference, std::span<const int> neighbours,
+                           const SubjectRegion& region, const PatchMatchOptions& options, std::uint64_t seed) {
   const StereoView& view = views[reference];
   if (neighbours.empty()) return nothing_known(view);
   int level = static_cast<int>(view.levels.size()) - 1;
@@ -400,7 +401,7 @@ DepthMap estimate_depth(std::span<const StereoView> views, int reference, std::s
 
   const auto solver_at = [&](int at) {
     return std::make_unique<LevelSolver>(views, reference, neighbours, at, region, options, seed,
-                                         std::span<const DepthMap>());
+                                         std::span<const StereoDepth>());
   };
   auto solver = solver_at(level);
   solver->start_random();
@@ -416,9 +417,9 @@ DepthMap estimate_depth(std::span<const StereoView> views, int reference, std::s
   return solver->result();
 }
 
-DepthMap refine_depth(std::span<const StereoView> views, std::span<const DepthMap> maps, int reference,
-                      std::span<const int> neighbours, const SubjectRegion& region, const PatchMatchOptions& options,
-                      std::uint64_t seed) {
+StereoDepth refine_depth(std::span<const StereoView> views, std::span<const StereoDepth> maps, int reference,
+                         std::span<const int> neighbours, const SubjectRegion& region, const PatchMatchOptions& options,
+                         std::uint64_t seed) {
   if (neighbours.empty()) return nothing_known(views[reference]);
   LevelSolver solver(views, reference, neighbours, 0, region, options, seed, maps);
   solver.start_from(maps[reference]);

@@ -38,20 +38,35 @@ Eigen::Vector3f sample_bilinear(const cv::Mat& picture, const Eigen::Vector2d& p
   return mixed;
 }
 
-std::uint8_t rounded(float value) { return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0F, 255.0F))); }
-
 // Averages 2 x 2 blocks; an odd last row or column is left out.
-cv::Mat halved(const cv::Mat& grey) {
-  cv::Mat half(grey.rows / 2, grey.cols / 2, CV_8UC1);
+cv::Mat halved(const cv::Mat& picture) {
+  cv::Mat half(picture.rows / 2, picture.cols / 2, CV_8UC3);
   for (int y = 0; y < half.rows; ++y) {
-    const auto* a = grey.ptr<std::uint8_t>(2 * y);
-    const auto* b = grey.ptr<std::uint8_t>(2 * y + 1);
-    auto* out = half.ptr<std::uint8_t>(y);
+    const auto* a = picture.ptr<cv::Vec3b>(2 * y);
+    const auto* b = picture.ptr<cv::Vec3b>(2 * y + 1);
+    auto* out = half.ptr<cv::Vec3b>(y);
     for (int x = 0; x < half.cols; ++x) {
-      out[x] = static_cast<std::uint8_t>((a[2 * x] + a[2 * x + 1] + b[2 * x] + b[2 * x + 1] + 2) / 4);
+      for (int c = 0; c < 3; ++c) {
+        out[x][c] = static_cast<std::uint8_t>((a[2 * x][c] + a[2 * x + 1][c] + b[2 * x][c] + b[2 * x + 1][c] + 2) / 4);
+      }
     }
   }
   return half;
+}
+
+ImageLevel make_level(const cv::Mat& picture, const Camera& camera) {
+  ImageLevel level;
+  level.index_from_camera = index_matrix(camera);
+  cv::Mat grey(picture.rows, picture.cols, CV_8UC1);
+  for (int y = 0; y < picture.rows; ++y) {
+    for (int x = 0; x < picture.cols; ++x) {
+      const cv::Vec3b& bgr = picture.at<cv::Vec3b>(y, x);
+      level.colours.emplace_back(bgr[2], bgr[1], bgr[0]);
+      grey.at<std::uint8_t>(y, x) = std::max({bgr[0], bgr[1], bgr[2]});
+    }
+  }
+  level.image = make_quad_image(grey);
+  return level;
 }
 
 }  // namespace
@@ -77,12 +92,11 @@ StereoView make_stereo_view(std::string name, const cv::Mat& picture, const Came
                             int long_side, int level_count) {
   assert(picture.type() == CV_8UC3 && picture.cols == camera.width && picture.rows == camera.height);
   const double factor = std::min(1.0, static_cast<double>(long_side) / std::max(camera.width, camera.height));
-  StereoView view{std::move(name), camera.without_distortion().scaled(factor), cam_from_world, {}, {}};
+  StereoView view{std::move(name), camera.without_distortion().scaled(factor), cam_from_world, {}};
 
   const Camera& target = view.camera;
   const int taps = static_cast<int>(std::ceil(static_cast<double>(camera.width) / target.width - 1e-6));
-  cv::Mat grey(target.height, target.width, CV_8UC1);
-  view.colours.resize(static_cast<std::size_t>(target.width) * target.height);
+  cv::Mat resampled(target.height, target.width, CV_8UC3);
   for (int y = 0; y < target.height; ++y) {
     for (int x = 0; x < target.width; ++x) {
       Eigen::Vector3f sum = Eigen::Vector3f::Zero();
@@ -92,17 +106,18 @@ StereoView make_stereo_view(std::string name, const cv::Mat& picture, const Came
         sum += sample_bilinear(picture, camera.pixel_from_normalised(Eigen::Vector2d((u - target.cx) / target.fx,
                                                                                      (v - target.cy) / target.fy)));
       }
-      const Eigen::Vector3f bgr = sum / static_cast<float>(taps * taps);
-      view.colours[view.index(x, y)] = Rgb(rounded(bgr[2]), rounded(bgr[1]), rounded(bgr[0]));
-      grey.at<std::uint8_t>(y, x) = rounded(bgr.maxCoeff());
+      auto& bgr = resampled.at<cv::Vec3b>(y, x);
+      for (int c = 0; c < 3; ++c) {
+        bgr[c] = static_cast<std::uint8_t>(sum[c] / static_cast<float>(taps * taps) + 0.5F);
+      }
     }
   }
 
   Camera level_camera = target;
   for (int level = 0; level < level_count; ++level) {
-    view.levels.push_back({make_quad_image(grey), index_matrix(level_camera)});
-    if (grey.cols < 4 || grey.rows < 4) break;
-    grey = halved(grey);
+    view.levels.push_back(make_level(resampled, level_camera));
+    if (resampled.cols < 4 || resampled.rows < 4) break;
+    resampled = halved(resampled);
     level_camera.fx /= 2;
     level_camera.fy /= 2;
     level_camera.cx /= 2;

@@ -33,15 +33,15 @@ QuadImage make_quad_image(const cv::Mat& grey);
 // centre, unlike Camera's pixels.
 struct ImageLevel {
   QuadImage image;
+  std::vector<Rgb> colours;  // of the image's size, row major
   Eigen::Matrix3d index_from_camera = Eigen::Matrix3d::Identity();
 };
 
 struct StereoView {
   std::string name;
-  Camera camera;                   // without distortion, of the working size
+  Camera camera;  // without distortion, of the working size
   Pose cam_from_world;
   std::vector<ImageLevel> levels;  // the first is the working size, each next one half of it
-  std::vector<Rgb> colours;        // working size, row major
 
   int width() const { return camera.width; }
   int height() const { return camera.height; }

@@ -8,26 +8,27 @@
 namespace gyre {
 namespace {
 
-struct SurfacePoint {
+struct ProxyPoint {
   Eigen::Vector3d position;
   Eigen::Vector3d normal;
 };
 
 // A stand-in for the unknown subject: the side and top of an upright cylinder inside the region.
-std::vector<SurfacePoint> proxy_surface(const SubjectRegion& region) {
+std::vector<ProxyPoint> proxy_surface(const SubjectRegion& region) {
   constexpr int sectors = 24;
   constexpr int bands = 16;
   const Eigen::Vector3d centre = region.centre();
   const Eigen::Vector3d size = region.max - region.min;
   const double radius = 0.25 * std::min(size.x(), size.z());
-  std::vector<SurfacePoint> points;
+  std::vector<ProxyPoint> points;
   for (int band = 0; band < bands; ++band) {
     const double y = region.min.y() + (band + 0.5) / bands * size.y();
     for (int sector = 0; sector < sectors; ++sector) {
       const double angle = 2 * std::numbers::pi * sector / sectors;
       const Eigen::Vector3d outward(std::sin(angle), 0.0, std::cos(angle));
       points.push_back({Eigen::Vector3d(centre.x(), y, centre.z()) + radius * outward, outward});
-      if (band == bands - 1) points.push_back({points.back().position - 0.5 * radius * outward, Eigen::Vector3d::UnitY()});
+      if (band == bands - 1)
+        points.push_back({points.back().position - 0.5 * radius * outward, Eigen::Vector3d::UnitY()});
     }
   }
   return points;
@@ -36,11 +37,11 @@ std::vector<SurfacePoint> proxy_surface(const SubjectRegion& region) {
 // What one view sees of the proxy.
 struct Sighting {
   bool seen = false;
-  Eigen::Vector3d direction;   // unit, from the point to the camera
+  Eigen::Vector3d direction;  // unit, from the point to the camera
   double pixels_per_metre = 0;
 };
 
-std::vector<Sighting> sightings(const StereoView& view, const std::vector<SurfacePoint>& points) {
+std::vector<Sighting> sightings(const StereoView& view, const std::vector<ProxyPoint>& points) {
   const Eigen::Vector3d eye = centre_of(view.cam_from_world);
   std::vector<Sighting> seen(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -73,7 +74,7 @@ double pair_score(const std::vector<Sighting>& a, const std::vector<Sighting>& b
 
 std::vector<std::vector<int>> select_neighbours(std::span<const StereoView> views, const SubjectRegion& region,
                                                 const ViewSelectionOptions& options) {
-  const std::vector<SurfacePoint> points = proxy_surface(region);
+  const std::vector<ProxyPoint> points = proxy_surface(region);
   std::vector<std::vector<Sighting>> seen;
   seen.reserve(views.size());
   for (const StereoView& view : views) seen.push_back(sightings(view, points));

@@ -11,10 +11,10 @@
 namespace gyre {
 
 struct ViewSelectionOptions {
-  int count = 6;                   // neighbours a view at most
-  double min_angle_deg = 3.0;      // triangulation angle below which depth is too uncertain
-  double best_angle_deg = 10.0;    // where the score peaks
-  double max_angle_deg = 30.0;     // above which patches look too different
+  int count = 6;                 // neighbours a view at most
+  double min_angle_deg = 3.0;    // triangulation angle below which depth is too uncertain
+  double best_angle_deg = 10.0;  // where the score peaks
+  double max_angle_deg = 30.0;   // above which patches look too different
 };
 
 // For each view, indices of its neighbours, best first; fewer than `count`, or none, where nothing suitable exists.

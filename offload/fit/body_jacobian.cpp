@@ -81,8 +81,8 @@ BodyState BodyJacobian::stepped(const BodyState& state, const Eigen::VectorXd& s
   next.scale *= std::exp(step[3]);
   for (std::size_t i = 0; i < free_joints_.size(); ++i) {
     Eigen::Vector3d& rotation = next.pose.rotations[free_joints_[i]];
-    rotation = rotation_vector_of(rotation_of(step.segment<3>(joint_column(static_cast<int>(i)))) *
-                                  rotation_of(rotation));
+    rotation =
+        rotation_vector_of(rotation_of(step.segment<3>(joint_column(static_cast<int>(i)))) * rotation_of(rotation));
   }
   next.shape.head(shape_count_) += step.tail(shape_count_);
   return next;

@@ -42,14 +42,14 @@ class BodyJacobian {
   const BodyTemplate& body_;
   std::vector<int> free_joints_;
   int shape_count_;
-  std::vector<int> slot_;                            // per joint: its place among the free ones, -1: held
-  std::vector<Eigen::Matrix3Xf> vertex_shapes_;      // per vertex: 3 x shape_count
-  std::vector<Eigen::Matrix3Xd> joint_shapes_;       // per joint: 3 x shape_count
+  std::vector<int> slot_;                        // per joint: its place among the free ones, -1: held
+  std::vector<Eigen::Matrix3Xf> vertex_shapes_;  // per vertex: 3 x shape_count
+  std::vector<Eigen::Matrix3Xd> joint_shapes_;   // per joint: 3 x shape_count
   const BodyState* state_ = nullptr;
   const PosedBody* posed_ = nullptr;
-  std::vector<Eigen::Matrix3d> parent_rotation_;     // per joint
-  std::vector<Eigen::Vector3d> joint_places_;        // posed
-  std::vector<Eigen::Matrix3Xd> skin_shapes_;        // per joint: dp_j - s G_j B_j
+  std::vector<Eigen::Matrix3d> parent_rotation_;  // per joint
+  std::vector<Eigen::Vector3d> joint_places_;     // posed
+  std::vector<Eigen::Matrix3Xd> skin_shapes_;     // per joint: dp_j - s G_j B_j
 };
 
 }  // namespace gyre

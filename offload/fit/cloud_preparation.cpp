@@ -113,8 +113,8 @@ OrientedPoints thin(const OrientedPoints& points, double cell) {
   std::vector<std::array<Sum, 2>> sums(grid.cells.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     auto& cell_sums = sums[grid.cell_of_point[i]];
-    Sum& sum = cell_sums[0].count == 0 || cell_sums[0].first_normal.dot(points.normals[i]) > 0 ? cell_sums[0]
-                                                                                               : cell_sums[1];
+    Sum& sum =
+        cell_sums[0].count == 0 || cell_sums[0].first_normal.dot(points.normals[i]) > 0 ? cell_sums[0] : cell_sums[1];
     if (sum.count == 0) {
       sum.first_normal = points.normals[i];
       sum.first = i;

@@ -49,8 +49,7 @@ NormalEquations data_equations(const BodyJacobian& jacobian, const PosedBody& po
         }
         const Eigen::Matrix3d normal_part = m.normal * m.normal.transpose();
         const Eigen::Matrix3d whitening =
-            std::sqrt(m.weight) *
-            (normal_part + std::sqrt(slide_weight) * (Eigen::Matrix3d::Identity() - normal_part));
+            std::sqrt(m.weight) * (normal_part + std::sqrt(slide_weight) * (Eigen::Matrix3d::Identity() - normal_part));
         const auto row = static_cast<Eigen::Index>(3 * (i - begin));
         rows.middleRows<3>(row) = whitening * at_point;
         residuals.segment<3>(row) = whitening * (x - m.target);
@@ -73,8 +72,9 @@ std::vector<int> thinned_vertices(const BodyTemplate& body, const OuterSurface& 
   std::vector<int> kept;
   for (const int v : outer.vertices) {
     const Eigen::Vector3d p = body.mesh.vertices[v] / cell;
-    if (taken.insert({static_cast<int>(std::floor(p.x())), static_cast<int>(std::floor(p.y())),
-                      static_cast<int>(std::floor(p.z()))})
+    if (taken
+            .insert({static_cast<int>(std::floor(p.x())), static_cast<int>(std::floor(p.y())),
+                     static_cast<int>(std::floor(p.z()))})
             .second)
       kept.push_back(v);
   }

@@ -21,10 +21,10 @@ OuterSurface outer_surface(const BodyTemplate& body);
 
 // A point of the surface, weights . corners, and where it should be.
 struct Match {
-  Eigen::Vector3i corners;
-  Eigen::Vector3d weights;  // barycentric
-  Eigen::Vector3d target;
-  Eigen::Vector3d normal;  // of the surface at that point, unit
+  Eigen::Vector3i corners = Eigen::Vector3i::Zero();
+  Eigen::Vector3d weights = Eigen::Vector3d::Zero();  // barycentric
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // of the surface at that point, unit
   double offset = 0.0;     // metres the target lies outside of the surface
   double weight = 1.0;
 };

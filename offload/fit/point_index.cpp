@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/fit/point_index.h"
 
-#include <cassert>
-#include <cmath>
 #include <opencv2/flann/dist.h>
 #include <opencv2/flann/kdtree_single_index.h>
+#include <cassert>
+#include <cmath>
 
 namespace gyre {
 
@@ -34,7 +34,9 @@ PointIndex::PointIndex(PointIndex&&) noexcept = default;
 PointIndex& PointIndex::operator=(PointIndex&&) noexcept = default;
 PointIndex::~PointIndex() = default;
 
-const OrientedPoints& PointIndex::points() const { return tree_->points; }
+const OrientedPoints& PointIndex::points() const {
+  return tree_->points;
+}
 
 std::vector<Neighbour> PointIndex::nearest(const Eigen::Vector3d& query, int count) const {
   const std::size_t wanted = std::min<std::size_t>(count, tree_->points.size());

@@ -210,9 +210,9 @@ BodyState stand_like(const BodyTemplate& body, const Stance& stance, double yaw)
     const int arm = body.joint_index(side + "UpperArm"), other_arm = body.joint_index(opposite + "UpperArm");
     const int hand = body.joint_index(side + "Hand");
     if (arm >= 0 && other_arm >= 0 && hand >= 0) {
-      const Eigen::Vector3d a_pose = Eigen::AngleAxisd((is_left ? 1 : -1) * 40.0 / 180.0 * std::numbers::pi,
-                                                       Eigen::Vector3d::UnitZ()) *
-                                     Eigen::Vector3d(-up);
+      const Eigen::Vector3d a_pose =
+          Eigen::AngleAxisd((is_left ? 1 : -1) * 40.0 / 180.0 * std::numbers::pi, Eigen::Vector3d::UnitZ()) *
+          Eigen::Vector3d(-up);
       const Eigen::Vector3d hand_middle =
           region_middle(body, rest, is_left ? BodyRegion::left_hand : BodyRegion::right_hand, joints[hand]);
       const Eigen::Vector3d direction =

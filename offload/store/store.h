@@ -3,6 +3,7 @@
 #pragma once
 
 #include "common/bundle/bundle.h"
+#include "common/bundle/folder_lock.h"
 #include "common/result/result.h"
 
 #include <cstdint>
@@ -15,6 +16,8 @@
 #include <vector>
 
 namespace gyre {
+
+class Database;
 
 // A scan on the host; the last three are the states of its job:
 //
@@ -77,10 +80,12 @@ class Store {
   Result<void> set_delivered(const std::string& scan_id);
 
  private:
-  class Database;
-  explicit Store(std::filesystem::path folder);
+  Store(std::filesystem::path folder, FolderLock lock, std::unique_ptr<Database> database);
+  Result<void> add_entry(const char* sql, const std::string& scan_id, const StoredFile& file) const;
+  Result<std::vector<StoredFile>> entries(const char* sql, const std::string& scan_id) const;
 
   std::filesystem::path folder_;
+  FolderLock lock_;
   mutable std::mutex mutex_;
   std::unique_ptr<Database> database_;
 };

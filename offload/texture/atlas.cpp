@@ -67,8 +67,7 @@ void grow(Atlas& atlas, std::span<const Eigen::Vector2d> uv, std::span<const Eig
 
 }  // namespace
 
-Atlas map_atlas(std::span<const Eigen::Vector2d> uv, std::span<const Eigen::Vector3i> uv_triangles, int size,
-                int rim) {
+Atlas map_atlas(std::span<const Eigen::Vector2d> uv, std::span<const Eigen::Vector3i> uv_triangles, int size, int rim) {
   Atlas atlas;
   atlas.size = size;
   atlas.triangle.assign(static_cast<std::size_t>(size) * size, -1);

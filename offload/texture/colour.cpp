@@ -20,7 +20,9 @@ float linear_from_encoded(float encoded) {
   return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
 }
 
-float encoded_from_linear(float linear) { return static_cast<float>(encode(std::clamp(linear, 0.0F, 1.0F))); }
+float encoded_from_linear(float linear) {
+  return static_cast<float>(encode(std::clamp(linear, 0.0F, 1.0F)));
+}
 
 Eigen::Vector3f lab_from_bgr(const Eigen::Vector3f& bgr) {
   const Eigen::Vector3d rgb(linear_from_encoded(bgr[2]), linear_from_encoded(bgr[1]), linear_from_encoded(bgr[0]));

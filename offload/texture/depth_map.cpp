@@ -13,7 +13,9 @@ namespace gyre {
 namespace {
 
 // Two depths of neighbouring pixels that belong to different layers; infinity minus infinity is no edge.
-bool is_edge(float a, float b, double jump) { return std::isinf(a) != std::isinf(b) || std::abs(a - b) > jump; }
+bool is_edge(float a, float b, double jump) {
+  return std::isinf(a) != std::isinf(b) || std::abs(a - b) > jump;
+}
 
 }  // namespace
 

@@ -20,9 +20,9 @@ struct DepthMap {
 };
 
 struct SightOptions {
-  double edge_jump = 0.015;    // metres between neighbouring pixels that make a depth edge
-  double depth_margin = 0.003; // metres the depth test forgives on a surface seen head-on
-  double slope_margin = 1.5;   // and pixels' worth of depth slope on top of it
+  double edge_jump = 0.015;     // metres between neighbouring pixels that make a depth edge
+  double depth_margin = 0.003;  // metres the depth test forgives on a surface seen head-on
+  double slope_margin = 1.5;    // and pixels' worth of depth slope on top of it
 };
 
 // Rasterises the whole surface, back faces too: an open shell hides what lies behind it from both sides.

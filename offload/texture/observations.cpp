@@ -73,8 +73,7 @@ ObservationTable observe(const TriangleMesh& mesh, std::span<const Eigen::Vector
     const cv::Mat energy = laplacian_energy(photos[p].image);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       if (skip[t]) continue;
-      auto seen =
-          observe_triangle(mesh, mesh.triangles[t], normals[t], photos[p], depths[p], energy, sight, limits);
+      auto seen = observe_triangle(mesh, mesh.triangles[t], normals[t], photos[p], depths[p], energy, sight, limits);
       if (!seen) continue;
       seen->photo = static_cast<int>(p);
       by_photo[p].push_back({static_cast<std::int32_t>(t), *seen});

@@ -21,7 +21,9 @@ void for_each_item(std::span<const Measurement> measurements, Visit&& visit) {
 }
 
 // Too dark or too bright values say little about a gain.
-bool usable_for_gain(const Eigen::Vector3f& bgr) { return bgr.minCoeff() > 12.0F && bgr.maxCoeff() < 248.0F; }
+bool usable_for_gain(const Eigen::Vector3f& bgr) {
+  return bgr.minCoeff() > 12.0F && bgr.maxCoeff() < 248.0F;
+}
 
 }  // namespace
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a photograph does to every measurement in it (exposure, white balance, blur), told apart from what the surface is.
+// What a photograph does to every measurement in it (exposure, white balance, blur), told apart from what the surface
+// is.
 #pragma once
 
 #include "offload/texture/observations.h"

@@ -14,28 +14,37 @@ std::uint64_t hash(std::uint64_t value) {
 }
 
 float Noise::value(const Eigen::Vector3f& p) const {
-  const Eigen::Vector3f cell = p.array().floor();
-  const Eigen::Vector3f f = p - cell;
-  // Quintic weights: continuous second derivatives, so that folds made of noise shade smoothly.
-  const Eigen::Vector3f w = f.array().cube() * (f.array() * (f.array() * 6.0f - 15.0f) + 10.0f);
-  const auto x = static_cast<std::uint32_t>(static_cast<std::int32_t>(cell.x()));
-  const auto y = static_cast<std::uint32_t>(static_cast<std::int32_t>(cell.y()));
-  const auto z = static_cast<std::uint32_t>(static_cast<std::int32_t>(cell.z()));
-  float corner[8];
-  for (std::uint32_t i = 0; i < 8; ++i) {
-    std::uint32_t h = (x + (i & 1u)) * 0x8da6b343u ^ (y + (i >> 1 & 1u)) * 0xd8163841u ^ (z + (i >> 2)) * 0xcb1ab31fu ^ seed_;
+  // Truncation and a correction: without SSE 4.1, floor is a library call and costs more than all the rest.
+  const auto floor_of = [](float v) {
+    const auto i = static_cast<std::int32_t>(v);
+    return i - static_cast<std::int32_t>(static_cast<float>(i) > v);
+  };
+  const std::int32_t x = floor_of(p.x()), y = floor_of(p.y()), z = floor_of(p.z());
+  const auto weight = [](float f) { return f * f * f * (f * (f * 6.0f - 15.0f) + 10.0f); };  // smooth second derivative
+  const float wx = weight(p.x() - static_cast<float>(x));
+  const float wy = weight(p.y() - static_cast<float>(y));
+  const float wz = weight(p.z() - static_cast<float>(z));
+  const std::uint32_t hx = static_cast<std::uint32_t>(x) * 0x8da6b343u ^ seed_,
+                      hx1 = (static_cast<std::uint32_t>(x) + 1) * 0x8da6b343u ^ seed_;
+  const std::uint32_t hy = static_cast<std::uint32_t>(y) * 0xd8163841u, hy1 = hy + 0xd8163841u;
+  const std::uint32_t hz = static_cast<std::uint32_t>(z) * 0xcb1ab31fu, hz1 = hz + 0xcb1ab31fu;
+  const auto corner = [](std::uint32_t h) {
     h = (h ^ (h >> 15)) * 0x2c1b3c6du;
     h = (h ^ (h >> 12)) * 0x297a2d39u;
-    corner[i] = static_cast<float>((h ^ (h >> 15)) >> 8) * (2.0f / 16777216.0f) - 1.0f;
-  }
-  float row[4];
-  for (int i = 0; i < 4; ++i) row[i] = corner[2 * i] + w.x() * (corner[2 * i + 1] - corner[2 * i]);
-  const float front = row[0] + w.y() * (row[1] - row[0]);
-  const float back = row[2] + w.y() * (row[3] - row[2]);
-  return front + w.z() * (back - front);
+    return static_cast<float>(static_cast<std::int32_t>(h)) * 0x1p-31f;
+  };
+  const auto row = [&](std::uint32_t yz) {
+    const float a = corner(hx ^ yz);
+    return a + wx * (corner(hx1 ^ yz) - a);
+  };
+  const float front_low = row(hy ^ hz), back_low = row(hy ^ hz1);
+  const float front = front_low + wy * (row(hy1 ^ hz) - front_low);
+  const float back = back_low + wy * (row(hy1 ^ hz1) - back_low);
+  return front + wz * (back - front);
 }
 
-float Noise::fractal(const Eigen::Vector3f& p, float wavelength, int octaves, float persistence, float footprint) const {
+float Noise::fractal(const Eigen::Vector3f& p, float wavelength, int octaves, float persistence,
+                     float footprint) const {
   float sum = 0.0f, amplitude = 1.0f, total = 0.0f;
   Eigen::Vector3f q = p / wavelength;
   for (int octave = 0; octave < octaves; ++octave) {

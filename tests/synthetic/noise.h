@@ -9,10 +9,14 @@ namespace gyre::synthetic {
 
 // Counter-based random bits (the finaliser of SplitMix64): equal input, equal output, on every machine.
 std::uint64_t hash(std::uint64_t value);
-inline std::uint64_t hash(std::uint64_t a, std::uint64_t b) { return hash(hash(a) ^ b); }
+inline std::uint64_t hash(std::uint64_t a, std::uint64_t b) {
+  return hash(hash(a) ^ b);
+}
 
 // Uniform in [0, 1).
-inline double uniform(std::uint64_t bits) { return static_cast<double>(bits >> 11) * 0x1.0p-53; }
+inline double uniform(std::uint64_t bits) {
+  return static_cast<double>(bits >> 11) * 0x1.0p-53;
+}
 
 // Value noise on an endless lattice.
 class Noise {

@@ -50,11 +50,14 @@ struct Ellipsoid {
 struct Skeleton {
   Vector3d hips{0, 0.955, 0}, spine{0, 1.02, 0}, spine1{0, 1.10, 0}, spine2{0, 1.22, -0.005};
   Vector3d neck{0, 1.43, -0.005}, head{0, 1.51, 0.01}, head_end{0, 1.70, 0.01};
-  Vector3d shoulder{0.03, 1.395, -0.01}, arm{0.165, 1.385, -0.01}, fore_arm{0.351, 1.163, -0.01}, hand{0.508, 0.976, 0.042};
+  Vector3d shoulder{0.03, 1.395, -0.01}, arm{0.165, 1.385, -0.01}, fore_arm{0.351, 1.163, -0.01},
+      hand{0.508, 0.976, 0.042};
   Vector3d up_leg{0.09, 0.90, 0}, leg{0.112, 0.48, 0.012}, foot{0.127, 0.085, -0.02}, toe{0.135, 0.03, 0.11};
 };
 
-Vector3d mirrored(const Vector3d& p) { return {-p.x(), p.y(), p.z()}; }
+Vector3d mirrored(const Vector3d& p) {
+  return {-p.x(), p.y(), p.z()};
+}
 
 class Person {
  public:
@@ -83,7 +86,8 @@ class Person {
     add_pair({{0.127, 0.047, -0.045}, {0.138, 0.034, 0.145}, 0.044, 0.036, Material::shoe});
     ellipsoids_ = {
         {{0, 1.59, 0.02}, {0.076, 0.108, 0.095}, Material::face},
-        {{0, 1.605, -0.004}, {0.086, 0.095, 0.098}, Material::hair},
+        {{0, 1.612, 0.004}, {0.086, 0.088, 0.102}, Material::hair},
+        {{0, 1.575, -0.022}, {0.083, 0.080, 0.080}, Material::hair},
         {{0.077, 1.575, 0.008}, {0.012, 0.030, 0.019}, Material::skin},
         {{-0.077, 1.575, 0.008}, {0.012, 0.030, 0.019}, Material::skin},
     };
@@ -94,9 +98,9 @@ class Person {
     double cloth = infinity, skin = infinity, hair = infinity;
     const auto add = [&](const auto& piece) {
       const double d = piece.distance(p);
-      double& group = piece.material == Material::hair                                        ? hair
+      double& group = piece.material == Material::hair                                       ? hair
                       : piece.material == Material::skin || piece.material == Material::face ? skin
-                                                                                              : cloth;
+                                                                                             : cloth;
       group = smooth_min(group, d, piece.material == Material::shoe ? 0.008 : 0.022);
     };
     for (const Limb& limb : limbs_) add(limb);
@@ -150,10 +154,10 @@ class Person {
 
 std::vector<NamedJoint> skeleton_joints(double scale) {
   const Skeleton s;
-  std::vector<NamedJoint> joints = {
-      {"Hips", "", s.hips},          {"Spine", "Hips", s.spine}, {"Spine1", "Spine", s.spine1},
-      {"Spine2", "Spine1", s.spine2}, {"Neck", "Spine2", s.neck}, {"Head", "Neck", s.head},
-      {"HeadEnd", "Head", s.head_end}};
+  std::vector<NamedJoint> joints = {{"Hips", "", s.hips},           {"Spine", "Hips", s.spine},
+                                    {"Spine1", "Spine", s.spine1},  {"Spine2", "Spine1", s.spine2},
+                                    {"Neck", "Spine2", s.neck},     {"Head", "Neck", s.head},
+                                    {"HeadEnd", "Head", s.head_end}};
   for (const bool left : {true, false}) {
     const std::string side = left ? "Left" : "Right";
     const auto add = [&](const std::string& name, const std::string& parent, const Vector3d& p) {

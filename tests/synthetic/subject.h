@@ -28,9 +28,9 @@ struct Subject {
 };
 
 struct SubjectOptions {
-  double stature = 1.70;   // metres
-  double cell = 0.012;     // size of the mesh's cells, metres, at stature 1.70
-  double folds = 0.004;    // height of the folds of the clothes, metres
+  double stature = 1.70;  // metres
+  double cell = 0.012;    // size of the mesh's cells, metres, at stature 1.70
+  double folds = 0.004;   // height of the folds of the clothes, metres
   std::uint64_t seed = 1;
 };
 

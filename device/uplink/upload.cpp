@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "device/uplink/upload.h"
+
+#include "common/bundle/atomic_file.h"
+#include "common/bundle/sha256.h"
+
+#include <algorithm>
+
+namespace gyre {
+
+namespace {
+
+using Next = std::optional<wire::Message>;
+
+// A host that answers ScanClose with the same gap again and again is at odds with itself.
+constexpr int max_closes = 5;
+
+bool is_dropped(const SpooledFile& file) { return file.phase == SpooledFilePhase::discarded; }
+
+}  // namespace
+
+Result<Next> Upload::next() {
+  if (!stale_ && !current_) return Next();
+  if (stale_) {
+    // Something smaller than a chunk may have become due, or the current file may have been dropped.
+    if (current_) {
+      const std::optional<SpooledScan> scan = spool_.scan(current_->scan);
+      const SpooledFile* file = scan ? find_file(scan->files, current_->file.name) : nullptr;
+      if (!file || is_dropped(*file) || file->sha256 != current_->file.sha256) current_.reset();
+    }
+    for (const std::string& id : spool_.scan_ids()) {
+      Result<Next> message = next_of(id, scans_[id]);
+      if (!message || *message) return message;
+    }
+    stale_ = false;
+  }
+  return next_chunk();
+}
+
+// Small messages of a scan first, then the choice of the next file; nothing when only chunks of a file are left to send.
+Result<Next> Upload::next_of(const std::string& id, Scan& scan) {
+  if (scan.over || (scan.open_sent && !scan.host_known)) return Next();
+  const std::optional<SpooledScan> now = spool_.scan(id);
+  if (!now || now->phase == SpoolPhase::delivered) return Next();
+  if (!scan.open_sent) {
+    Result<std::string> description = read_file(spool_.bundle(id).scan_file());
+    if (!description) return tl::unexpected(description.error());
+    scan.open_sent = true;
+    return Next(wire::ScanOpen{id, std::move(*description)});
+  }
+  bool all_stored = true;
+  for (const SpooledFile& file : now->files) {
+    if (is_dropped(file)) {
+      scan.sent.erase(file.name);
+      scan.held.erase(file.name);
+      if (scan.at_host.erase(file.name) > 0) return Next(wire::Discard{id, file.name});
+      continue;
+    }
+    if (file.phase == SpooledFilePhase::acknowledged) continue;
+    all_stored = false;
+    const auto sent = scan.sent.find(file.name);
+    if (current_ || (sent != scan.sent.end() && sent->second == file.sha256)) continue;
+    if (Result<void> started = start(id, scan, file); !started) return tl::unexpected(started.error());
+  }
+  if (now->phase != SpoolPhase::closed || !all_stored || scan.close_sent) return Next();
+  scan.close_sent = true;
+  wire::ScanClose close{id, {}};
+  for (const SpooledFile& file : now->files) {
+    if (!is_dropped(file)) close.files.push_back({file.name, file.size, file.sha256});
+  }
+  return Next(std::move(close));
+}
+
+Result<void> Upload::start(const std::string& id, Scan& scan, const SpooledFile& file) {
+  Result<std::string> content = read_file(spool_.bundle(id).root() / file.name);
+  if (!content) return tl::unexpected(content.error());
+  if (content->size() != file.size || (scan.resumed.contains(file.name) && sha256(*content) != file.sha256)) {
+    return fail("a spooled file is damaged on this device", (spool_.bundle(id).root() / file.name).string(),
+                "check its disk; the scan cannot be completed");
+  }
+  const auto held = scan.held.find(file.name);
+  const bool resume = held != scan.held.end() && held->second.file.sha256 == file.sha256;
+  const std::uint64_t offset = resume ? std::min(held->second.held, file.size) : 0;
+  scan.at_host.insert(file.name);
+  current_ = Current{id, file, std::move(*content), offset, false};
+  return {};
+}
+
+Result<Next> Upload::next_chunk() {
+  if (!current_) return Next();
+  const std::uint64_t left = current_->content.size() - current_->offset;
+  const std::uint64_t size = std::min<std::uint64_t>(left, wire::max_chunk_bytes);
+  if (credit_ < wire::cost_of(size)) return Next();
+  credit_ -= wire::cost_of(size);
+  const SpooledFile& file = current_->file;
+  wire::FileChunk chunk{current_->scan, {file.name, file.size, file.sha256}, current_->offset,
+                        current_->content.substr(current_->offset, size)};
+  current_->offset += size;
+  if (current_->offset == current_->content.size()) {
+    scans_[current_->scan].sent[file.name] = file.sha256;
+    current_.reset();
+    stale_ = true;
+  }
+  return Next(std::move(chunk));
+}
+
+Result<void> Upload::on(const wire::ScanState& state) {
+  const std::optional<SpooledScan> now = spool_.scan(state.scan);
+  if (!now || now->phase == SpoolPhase::delivered) return {};
+  Scan& scan = scans_[state.scan];
+  stale_ = true;
+  scan.host_known = true;
+  switch (state.phase) {
+    case wire::ScanPhase::receiving: break;
+    case wire::ScanPhase::queued:
+    case wire::ScanPhase::running:
+    case wire::ScanPhase::done: scan.over = true; return spool_.acknowledge_scan(state.scan);
+    case wire::ScanPhase::failed: scan.over = true; return spool_.fail_scan(state.scan, state.text);
+    case wire::ScanPhase::refused: scan.over = true; return {};
+  }
+  if (std::exchange(scan.close_sent, false) && ++scan.closes >= max_closes) {
+    return fail("the host keeps missing files of a scan", state.scan, "look at its log");
+  }
+  scan.sent.clear();
+  scan.held.clear();
+  for (const wire::HeldFile& held : state.files) {
+    scan.at_host.insert(held.file.name);
+    if (!held.stored) scan.held[held.file.name] = held;
+  }
+  if (Result<void> done = host_lacks_files(*now, state); !done) return done;
+  for (const wire::HeldFile& held : state.files) {
+    if (!held.stored) continue;
+    Result<void> done = spool_.acknowledge_file(state.scan, held.file.name, held.file.sha256);
+    if (!done) return done;
+  }
+  return {};
+}
+
+// Takes back every acknowledgement the host does not stand by, as after it lost its disk.
+Result<void> Upload::host_lacks_files(const SpooledScan& scan, const wire::ScanState& state) {
+  // A host still receiving a scan it had acknowledged has lost that too; any one file sends the scan back to closed.
+  bool reopen = scan.phase == SpoolPhase::acknowledged || scan.phase == SpoolPhase::failed;
+  for (const SpooledFile& file : scan.files) {
+    if (file.phase != SpooledFilePhase::acknowledged) continue;
+    const bool stored = std::any_of(state.files.begin(), state.files.end(), [&](const wire::HeldFile& held) {
+      return held.stored && held.file.name == file.name && held.file.sha256 == file.sha256;
+    });
+    if (stored && !reopen) continue;
+    reopen = false;
+    if (Result<void> done = spool_.unacknowledge_file(scan.id, file.name); !done) return done;
+  }
+  return {};
+}
+
+Result<void> Upload::on(const wire::FileAck& ack) {
+  stale_ = true;
+  return spool_.acknowledge_file(ack.scan, ack.name, ack.sha256);
+}
+
+Result<void> Upload::on(const wire::FileResume& resume) {
+  stale_ = true;
+  Scan& scan = scans_[resume.scan];
+  scan.resumed.insert(resume.name);
+  scan.sent.erase(resume.name);
+  scan.held[resume.name] = {{resume.name, resume.offset, resume.sha256}, resume.offset, false};
+  if (current_ && current_->scan == resume.scan && current_->file.name == resume.name) current_.reset();
+  return {};
+}
+
+}  // namespace gyre

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// What one connection still has to send of the spool, and in which order.
+#pragma once
+
+#include "common/result/result.h"
+#include "common/wire/wire.h"
+#include "device/spool/spool.h"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace gyre {
+
+// Scans go oldest first. Of each: ScanOpen; once the host has told what it holds, discards and files by name; when
+// everything is acknowledged and the scan is closed, ScanClose. What was sent but not acknowledged is forgotten with
+// the connection: the next one asks the host. Errors: the spool cannot be read or written.
+class Upload {
+ public:
+  explicit Upload(Spool& spool) : spool_(spool) {}
+
+  // The spool may have changed.
+  void refresh() { stale_ = true; }
+
+  // The next message to send, if there is one and credit for it.
+  Result<std::optional<wire::Message>> next();
+
+  void on(const wire::Credit& credit) { credit_ += credit.bytes; }
+  Result<void> on(const wire::ScanState& state);
+  Result<void> on(const wire::FileAck& ack);
+  Result<void> on(const wire::FileResume& resume);
+
+ private:
+  // A scan on this connection.
+  struct Scan {
+    bool open_sent = false;
+    bool host_known = false;                   // its ScanState is here
+    bool close_sent = false;
+    bool over = false;                         // the host has it, failed it or refuses it
+    std::set<std::string> at_host;             // names sent here, or held before
+    std::map<std::string, std::string> sent;   // name to hash: sent whole here, not to be sent again
+    std::map<std::string, wire::HeldFile> held;  // what the host has parts of, by name
+    std::set<std::string> resumed;             // names the host asked for again: their hash is checked before
+    int closes = 0;                            // times ScanClose was answered with "something is missing"
+  };
+  // The file being sent.
+  struct Current {
+    std::string scan;
+    SpooledFile file;
+    std::string content;
+    std::uint64_t offset = 0;
+    bool ended = false;
+  };
+
+  Result<std::optional<wire::Message>> next_of(const std::string& id, Scan& scan);
+  Result<std::optional<wire::Message>> next_chunk();
+  Result<void> start(const std::string& id, Scan& scan, const SpooledFile& file);
+  Result<void> host_lacks_files(const SpooledScan& scan, const wire::ScanState& state);
+
+  Spool& spool_;
+  std::uint64_t credit_ = 0;
+  bool stale_ = true;
+  std::map<std::string, Scan> scans_;
+  std::optional<Current> current_;
+};
+
+}  // namespace gyre

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// NumPy .npz archives of integer arrays, as the template sources use them.
+#pragma once
+
+#include "common/result/result.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace gyre {
+
+// Values of a one-dimensional array of type |u1, <u2, <i2 or <i4, widened.
+using NpzArrays = std::map<std::string, std::vector<std::int32_t>>;
+
+// Reads a ZIP archive (stored or deflated members, no ZIP64) of .npy members, named without the ".npy". Files are
+// outside input: every size is checked, and a bad one is an error that names the member.
+Result<NpzArrays> read_npz(const std::filesystem::path& file);
+
+}  // namespace gyre

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/ingest/desk.h"
+
+#include "common/bundle/bundle.h"
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
+#include <type_traits>
+#include <variant>
+
+namespace gyre {
+
+namespace {
+
+// Bytes [offset, offset + chunk) of a file, fewer at its end.
+Result<std::string> read_chunk(const std::filesystem::path& file, std::uint64_t offset) {
+  std::ifstream in(file, std::ios::binary);
+  in.seekg(static_cast<std::streamoff>(offset));
+  std::string data(wire::max_chunk_bytes, '\0');
+  in.read(data.data(), static_cast<std::streamsize>(data.size()));
+  if (in.bad() || (in.fail() && !in.eof())) return fail("cannot read a result", file.string());
+  data.resize(static_cast<std::size_t>(in.gcount()));
+  return data;
+}
+
+wire::ScanState refusal(const std::string& scan_id, const std::string& reason) {
+  return {scan_id, wire::ScanPhase::refused, reason, {}};
+}
+
+// The scan a message is about, for those that need it opened first.
+template <class Message>
+const std::string* scan_of(const Message& message) {
+  if constexpr (requires { message.scan; } && !std::is_same_v<Message, wire::ScanOpen>) return &message.scan;
+  return nullptr;
+}
+
+}  // namespace
+
+// What each message of a greeted device leads to. Messages only a host sends are a breach of the rules.
+struct Desk::Handler {
+  Desk& desk;
+  const std::string& peer;
+  Conversation& device;
+
+  void operator()(const wire::Unknown&) const {}
+  void operator()(const wire::Ping&) const { desk.send(peer, wire::Pong{}); }
+  void operator()(const wire::ScanOpen& m) const { desk.open_scan(peer, device, m); }
+  void operator()(const wire::FileChunk& m) const { desk.take_chunk(peer, device, m); }
+  void operator()(const wire::Discard& m) const {
+    if (Result<void> done = desk.receiver_.discard(m); !done) desk.give_up(peer, done.error());
+  }
+  void operator()(const wire::ScanClose& m) const { desk.close_scan(peer, m); }
+  void operator()(const wire::ResultRequest& m) const { desk.send_result(peer, m); }
+  void operator()(const wire::ResultAck& m) const {
+    spdlog::info("scan {} delivered to {}", m.scan, device.device_name);
+    if (Result<void> done = desk.store_.set_delivered(m.scan); !done) desk.give_up(peer, done.error());
+  }
+  template <class Other>
+  void operator()(const Other& /*not for a host*/) const {
+    desk.refuse(peer, "a device may not send this kind of message", true);
+  }
+};
+
+Desk::Desk(DeskOptions options, Store& store, Send send, std::function<void(const std::string&)> on_queued)
+    : options_(options),
+      store_(store),
+      receiver_(store, options.max_file_bytes),
+      send_(std::move(send)),
+      on_queued_(std::move(on_queued)) {}
+
+void Desk::receive(const std::string& peer, const std::string& key, std::string_view bytes) {
+  handle(peer, key, bytes);
+  remove_gone();
+}
+
+void Desk::handle(const std::string& peer, const std::string& key, std::string_view bytes) {
+  if (key.empty()) return refuse(peer, "not authenticated", true);
+  const Result<wire::Message> message = wire::decode(bytes);
+  if (!message) return refuse(peer, message.error().message(), true);
+  if (const auto* hello = std::get_if<wire::Hello>(&*message)) return greet(peer, key, *hello);
+  const auto found = conversations_.find(peer);
+  if (found == conversations_.end()) return refuse(peer, "this conversation has ended; start again", false);
+  Conversation& device = found->second;
+  device.last_heard = std::chrono::steady_clock::now();
+  const std::string* scan = std::visit([](const auto& m) { return scan_of(m); }, *message);
+  if (scan && !device.scans.contains(*scan)) return refuse(peer, "scan " + *scan + " is not open here", true);
+  std::visit(Handler{*this, peer, device}, *message);
+}
+
+void Desk::greet(const std::string& peer, const std::string& key, const wire::Hello& hello) {
+  if (hello.major != wire::protocol_major) {
+    return refuse(peer, "this host speaks protocol " + std::to_string(wire::protocol_major) + ", the device " +
+                            std::to_string(hello.major) + "; bring both to the same version of Gyre", true);
+  }
+  if (const auto before = peers_.find(key); before != peers_.end()) conversations_.erase(before->second);
+  peers_[key] = peer;
+  conversations_[peer] = {key, hello.device_name, options_.credit_bytes, 0, {}, std::chrono::steady_clock::now()};
+  spdlog::info("device {} is connected", hello.device_name);
+  send(peer, wire::Welcome{});
+  send(peer, wire::Credit{options_.credit_bytes});
+}
+
+void Desk::open_scan(const std::string& peer, Conversation& device, const wire::ScanOpen& open) {
+  Result<Scan> scan = scan_from_json(nlohmann::json::parse(open.description, nullptr, false));
+  if (!scan || scan->id != open.scan) return send(peer, refusal(open.scan, "its scan.json is not usable"));
+  const Result<std::optional<StoredScan>> known = store_.scan(open.scan);
+  if (!known) return give_up(peer, known.error());
+  if (*known && (*known)->device_key != device.key) {
+    spdlog::warn("device {} asked for scan {}, which belongs to another device", device.device_name, open.scan);
+    return send(peer, refusal(open.scan, "the scan belongs to another device"));
+  }
+  if (Result<void> opened = store_.open_scan(*scan, device.key, device.device_name); !opened) {
+    return give_up(peer, opened.error());
+  }
+  Result<wire::ScanState> state = receiver_.state(open.scan);
+  if (!state) return give_up(peer, state.error());
+  device.scans.insert(open.scan);
+  const wire::ScanPhase phase = state->phase;
+  send(peer, std::move(*state));
+  if (phase == wire::ScanPhase::done) return send_end(peer, open.scan);
+  const auto latest = progress_.find(open.scan);
+  if (latest != progress_.end()) send(peer, latest->second);
+}
+
+void Desk::take_chunk(const std::string& peer, Conversation& device, const wire::FileChunk& chunk) {
+  if (!wire::is_bundle_file(chunk.file.name)) return refuse(peer, "not a file of a scan: " + chunk.file.name, true);
+  const std::uint64_t cost = wire::cost_of(chunk.data.size());
+  if (cost > device.credit) return refuse(peer, "the device sends more than it was allowed to", true);
+  Result<std::optional<wire::Message>> answer = receiver_.accept(chunk);
+  if (!answer) return give_up(peer, answer.error());
+  device.credit -= cost;
+  device.spent += cost;
+  // In a few large grants: one for every chunk would double the number of messages.
+  if (device.spent >= options_.credit_bytes / 4) {
+    const std::uint64_t grant = std::exchange(device.spent, 0);
+    device.credit += grant;
+    send(peer, wire::Credit{grant});
+  }
+  if (*answer) send(peer, std::move(**answer));
+}
+
+void Desk::close_scan(const std::string& peer, const wire::ScanClose& close) {
+  bool queued = false;
+  Result<wire::ScanState> state = receiver_.close(close, queued);
+  if (!state) return give_up(peer, state.error());
+  if (queued) {
+    spdlog::info("scan {} is complete: {} files", close.scan, close.files.size());
+    on_queued_(close.scan);
+  }
+  send(peer, std::move(*state));
+}
+
+void Desk::send_result(const std::string& peer, const wire::ResultRequest& request) {
+  const Result<std::vector<StoredFile>> results = store_.results(request.scan);
+  if (!results) return give_up(peer, results.error());
+  const auto file = std::find_if(results->begin(), results->end(), [&](const StoredFile& f) {
+    return f.name == request.name && f.sha256 == request.sha256;
+  });
+  // The scan was reconstructed again while the device fetched the results of the last time.
+  if (file == results->end()) return send_end(peer, request.scan);
+  Result<std::string> data = read_chunk(store_.bundle(request.scan).root() / request.name, request.offset);
+  if (!data) return give_up(peer, data.error());
+  send(peer, wire::ResultChunk{request.scan, request.name, request.sha256, request.offset, std::move(*data)});
+}
+
+void Desk::send_end(const std::string& peer, const std::string& scan_id) {
+  Result<wire::ScanState> state = receiver_.state(scan_id);
+  if (!state) return give_up(peer, state.error());
+  if (state->phase != wire::ScanPhase::done) return send(peer, std::move(*state));
+  const Result<std::vector<StoredFile>> results = store_.results(scan_id);
+  if (!results) return give_up(peer, results.error());
+  wire::ResultOffer offer{scan_id, {}};
+  for (const StoredFile& file : *results) offer.files.push_back({file.name, file.size, file.sha256});
+  send(peer, std::move(offer));
+}
+
+void Desk::publish(const wire::StageProgress& progress) {
+  progress_[progress.scan] = progress;
+  const std::string peer = peer_of(progress.scan);
+  if (!peer.empty()) send(peer, progress);
+  remove_gone();
+}
+
+void Desk::publish_end(const std::string& scan_id) {
+  progress_.erase(scan_id);
+  const std::string peer = peer_of(scan_id);
+  if (!peer.empty()) send_end(peer, scan_id);
+  remove_gone();
+}
+
+void Desk::forget_silent() {
+  const auto oldest = std::chrono::steady_clock::now() - options_.silence_timeout;
+  std::erase_if(conversations_, [&](const auto& entry) {
+    if (entry.second.last_heard >= oldest) return false;
+    spdlog::info("device {} has gone silent", entry.second.device_name);
+    peers_.erase(entry.second.key);
+    return true;
+  });
+}
+
+// The connection on which that scan's device has opened it, or empty.
+std::string Desk::peer_of(const std::string& scan_id) const {
+  for (const auto& [peer, device] : conversations_) {
+    if (device.scans.contains(scan_id)) return peer;
+  }
+  return {};
+}
+
+void Desk::send(const std::string& peer, wire::Message message) {
+  if (send_(peer, std::move(message))) return;
+  // A device that left, or lets its answers pile up: it finds everything in the store when it comes back.
+  const auto found = conversations_.find(peer);
+  if (found != conversations_.end()) spdlog::debug("device {} has left", found->second.device_name);
+  gone_.insert(peer);
+}
+
+void Desk::refuse(const std::string& peer, const std::string& reason, bool permanent) {
+  const auto found = conversations_.find(peer);
+  const std::string name = found == conversations_.end() ? "an unknown device" : "device " + found->second.device_name;
+  spdlog::log(permanent ? spdlog::level::warn : spdlog::level::debug, "refused {}: {}", name, reason);
+  send(peer, wire::Refused{reason, permanent});
+  gone_.insert(peer);
+}
+
+void Desk::give_up(const std::string& peer, const Error& error) {
+  spdlog::error("{}", error.message());
+  send(peer, wire::Refused{"the host cannot go on: " + error.message(), true});
+  gone_.insert(peer);
+}
+
+void Desk::remove_gone() {
+  for (const std::string& peer : gone_) {
+    const auto found = conversations_.find(peer);
+    if (found == conversations_.end()) continue;
+    const auto current = peers_.find(found->second.key);
+    if (current != peers_.end() && current->second == peer) peers_.erase(current);
+    conversations_.erase(found);
+  }
+  gone_.clear();
+}
+
+}  // namespace gyre

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// The host's side of every conversation with a device, without the sockets: who may say what, and the answers.
+#pragma once
+
+#include "common/wire/wire.h"
+#include "offload/ingest/receiver.h"
+#include "offload/store/store.h"
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+
+namespace gyre {
+
+struct DeskOptions {
+  std::uint64_t credit_bytes = 0;
+  std::uint64_t max_file_bytes = 0;
+  std::chrono::milliseconds silence_timeout{};
+};
+
+// A peer is a connection (its routing id), a device is a CURVE key. A device has one conversation at a time: its last
+// Hello ends the one before. Whoever breaks the rules is refused and has to start again.
+class Desk {
+ public:
+  // send: hands a message to a peer; false when the peer has gone or does not read.
+  using Send = std::function<bool(const std::string& peer, wire::Message message)>;
+
+  Desk(DeskOptions options, Store& store, Send send, std::function<void(const std::string& scan_id)> on_queued);
+
+  // One message, as it came: key is the peer's authenticated public key, bytes what it sent.
+  void receive(const std::string& peer, const std::string& key, std::string_view bytes);
+
+  // Tells the scan's device, when it is there, and remembers for when it comes.
+  void publish(const wire::StageProgress& progress);
+  // The scan's job is done or failed; the store says which.
+  void publish_end(const std::string& scan_id);
+
+  // Ends conversations with devices that have not been heard of for the silence timeout.
+  void forget_silent();
+
+ private:
+  struct Conversation {
+    std::string key;
+    std::string device_name;
+    std::uint64_t credit = 0;      // what the device may still send
+    std::uint64_t spent = 0;       // what it has sent and may have back
+    std::set<std::string> scans;   // opened here, and therefore its own
+    std::chrono::steady_clock::time_point last_heard;
+  };
+  struct Handler;
+
+  void greet(const std::string& peer, const std::string& key, const wire::Hello& hello);
+  void open_scan(const std::string& peer, Conversation& device, const wire::ScanOpen& open);
+  void take_chunk(const std::string& peer, Conversation& device, const wire::FileChunk& chunk);
+  void close_scan(const std::string& peer, const wire::ScanClose& close);
+  void send_result(const std::string& peer, const wire::ResultRequest& request);
+  void send_end(const std::string& peer, const std::string& scan_id);
+  void send(const std::string& peer, wire::Message message);
+  void refuse(const std::string& peer, const std::string& reason, bool permanent);
+  void give_up(const std::string& peer, const Error& error);
+  void handle(const std::string& peer, const std::string& key, std::string_view bytes);
+  void remove_gone();
+  std::string peer_of(const std::string& scan_id) const;
+
+  DeskOptions options_;
+  Store& store_;
+  Receiver receiver_;
+  Send send_;
+  std::function<void(const std::string&)> on_queued_;
+  std::map<std::string, Conversation> conversations_;    // by peer
+  std::map<std::string, std::string> peers_;             // by key
+  std::map<std::string, wire::StageProgress> progress_;  // latest, of running jobs
+  std::set<std::string> gone_;                           // peers whose conversation ends after this message
+};
+
+}  // namespace gyre

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/ingest/receiver.h"
+
+#include "common/bundle/atomic_file.h"
+#include "common/bundle/sha256.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <map>
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <system_error>
+#include <unistd.h>
+
+namespace gyre {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view frames_folder = "frames/";
+constexpr std::string_view part_suffix = ".part";
+constexpr std::size_t hash_length = 64;
+
+wire::FileEntry entry_of(const StoredFile& file) { return {file.name, file.size, file.sha256}; }
+
+// Writes all of data at `offset` of a file, which is created if need be.
+Result<void> write_at(const fs::path& file, std::uint64_t offset, std::string_view data) {
+  const int fd = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  bool good = fd >= 0;
+  while (good && !data.empty()) {
+    const ssize_t written = ::pwrite(fd, data.data(), data.size(), static_cast<off_t>(offset));
+    if (written < 0 && errno == EINTR) continue;
+    good = written > 0;
+    if (!good) break;
+    offset += static_cast<std::uint64_t>(written);
+    data.remove_prefix(static_cast<std::size_t>(written));
+  }
+  const int code = errno;
+  if (fd >= 0) ::close(fd);
+  if (good) return {};
+  return fail("cannot store a file", file.string() + " (" + std::strerror(code) + ")",
+              code == ENOSPC || code == EDQUOT ? "free some disk space on the host" : "");
+}
+
+std::uint64_t size_or_zero(const fs::path& file) {
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(file, error);
+  return error ? 0 : size;
+}
+
+bool is_whole(const fs::path& file, std::uint64_t size) {
+  std::error_code error;
+  return fs::is_regular_file(file, error) && size_or_zero(file) == size;
+}
+
+// The files half received, as their names and what is there of them.
+std::vector<wire::HeldFile> parts_in(const fs::path& folder) {
+  std::vector<wire::HeldFile> parts;
+  std::error_code error;
+  for (auto it = fs::directory_iterator(folder, error); !error && it != fs::directory_iterator(); it.increment(error)) {
+    const std::string file = it->path().filename().string();
+    constexpr std::size_t tail = 1 + hash_length + part_suffix.size();
+    if (file.size() <= tail || !file.ends_with(part_suffix)) continue;
+    const std::string base = file.substr(0, file.size() - tail);
+    const std::string name = wire::is_bundle_file(base) ? base : std::string(frames_folder) + base;
+    const std::uint64_t held = size_or_zero(it->path());
+    if (wire::is_bundle_file(name)) {
+      parts.push_back({{name, held, file.substr(base.size() + 1, hash_length)}, held, false});
+    }
+  }
+  std::sort(parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.file.name < b.file.name; });
+  return parts;
+}
+
+wire::ScanPhase wire_phase(StorePhase phase) {
+  switch (phase) {
+    case StorePhase::receiving: return wire::ScanPhase::receiving;
+    case StorePhase::queued: return wire::ScanPhase::queued;
+    case StorePhase::running: return wire::ScanPhase::running;
+    case StorePhase::done: return wire::ScanPhase::done;
+    case StorePhase::failed: break;
+  }
+  return wire::ScanPhase::failed;
+}
+
+}  // namespace
+
+fs::path Receiver::part_of(const std::string& scan_id, const std::string& name, const std::string& sha256) const {
+  const std::string base = name.starts_with(frames_folder) ? name.substr(frames_folder.size()) : name;
+  return store_.incoming(scan_id) / (base + "." + sha256 + std::string(part_suffix));
+}
+
+Result<wire::ScanState> Receiver::state(const std::string& scan_id) {
+  const Result<std::optional<StoredScan>> scan = store_.scan(scan_id);
+  if (!scan) return tl::unexpected(scan.error());
+  if (!*scan) return fail("no such scan in the store", scan_id);
+  std::erase_if(resuming_, [&](const fs::path& part) { return part.parent_path() == store_.incoming(scan_id); });
+  wire::ScanState state{scan_id, wire_phase((*scan)->phase), (*scan)->reason, {}};
+  if (state.phase != wire::ScanPhase::receiving) return state;
+  const Result<std::vector<StoredFile>> files = store_.files(scan_id);
+  if (!files) return tl::unexpected(files.error());
+  for (const StoredFile& file : *files) {
+    if (is_whole(store_.bundle(scan_id).root() / file.name, file.size)) {
+      state.files.push_back({entry_of(file), file.size, true});
+    } else if (Result<void> removed = store_.remove_file(scan_id, file.name); !removed) {
+      return tl::unexpected(removed.error());
+    }
+  }
+  for (wire::HeldFile& part : parts_in(store_.incoming(scan_id))) {
+    if (state.files.size() < wire::max_files) state.files.push_back(std::move(part));
+  }
+  return state;
+}
+
+Result<std::optional<wire::Message>> Receiver::accept(const wire::FileChunk& chunk) {
+  using Answer = std::optional<wire::Message>;
+  const std::uint64_t end = chunk.offset + chunk.data.size();
+  const Result<std::optional<StoredScan>> scan = store_.scan(chunk.scan);
+  if (!scan) return tl::unexpected(scan.error());
+  const Result<std::optional<StoredFile>> stored = store_.file(chunk.scan, chunk.file.name);
+  if (!stored) return tl::unexpected(stored.error());
+  if (*stored && (*stored)->sha256 == chunk.file.sha256) {
+    if (end < chunk.file.size) return Answer();
+    return Answer(wire::FileAck{chunk.scan, chunk.file.name, chunk.file.sha256});
+  }
+  if (!*scan || (*scan)->phase != StorePhase::receiving) {
+    Result<wire::ScanState> now = state(chunk.scan);
+    if (!now) return tl::unexpected(now.error());
+    return Answer(std::move(*now));
+  }
+  if (chunk.file.size > max_file_bytes_) return fail("a file is larger than the host takes", chunk.file.name);
+
+  const fs::path part = part_of(chunk.scan, chunk.file.name, chunk.file.sha256);
+  const std::uint64_t held = size_or_zero(part);
+  if (chunk.offset > held) {
+    if (!resuming_.insert(part).second) return Answer();
+    return Answer(wire::FileResume{chunk.scan, chunk.file.name, chunk.file.sha256, held});
+  }
+  resuming_.erase(part);
+  if (end > held || chunk.file.size == 0) {
+    if (Result<void> written = write_at(part, chunk.offset, chunk.data); !written) {
+      return tl::unexpected(written.error());
+    }
+  }
+  if (std::max(end, held) < chunk.file.size) return Answer();
+  return finish(chunk, part);
+}
+
+Result<std::optional<wire::Message>> Receiver::finish(const wire::FileChunk& chunk, const fs::path& part) {
+  using Answer = std::optional<wire::Message>;
+  const Result<std::string> hash = sha256_of_file(part);
+  if (!hash) return tl::unexpected(hash.error());
+  if (*hash != chunk.file.sha256) {
+    spdlog::warn("scan {}: {} arrived damaged and is fetched again", chunk.scan, chunk.file.name);
+    std::error_code error;
+    fs::remove(part, error);
+    resuming_.insert(part);
+    return Answer(wire::FileResume{chunk.scan, chunk.file.name, chunk.file.sha256, 0});
+  }
+  if (Result<void> synced = sync_path(part); !synced) return tl::unexpected(synced.error());
+  const fs::path file = store_.bundle(chunk.scan).root() / chunk.file.name;
+  if (Result<void> moved = rename_durably(part, file); !moved) return tl::unexpected(moved.error());
+  const StoredFile entry{chunk.file.name, chunk.file.size, chunk.file.sha256};
+  if (Result<void> added = store_.add_file(chunk.scan, entry); !added) return tl::unexpected(added.error());
+  return Answer(wire::FileAck{chunk.scan, chunk.file.name, chunk.file.sha256});
+}
+
+Result<void> Receiver::discard(const wire::Discard& discard) {
+  const Result<std::optional<StoredScan>> scan = store_.scan(discard.scan);
+  if (!scan) return tl::unexpected(scan.error());
+  if (!*scan || (*scan)->phase != StorePhase::receiving || !wire::is_bundle_file(discard.name)) return {};
+  if (Result<void> removed = store_.remove_file(discard.scan, discard.name); !removed) return removed;
+  std::error_code error;
+  fs::remove(store_.bundle(discard.scan).root() / discard.name, error);
+  for (const wire::HeldFile& part : parts_in(store_.incoming(discard.scan))) {
+    if (part.file.name == discard.name) fs::remove(part_of(discard.scan, discard.name, part.file.sha256), error);
+  }
+  return {};
+}
+
+Result<wire::ScanState> Receiver::close(const wire::ScanClose& manifest, bool& queued) {
+  Result<wire::ScanState> now = state(manifest.scan);
+  if (!now || now->phase != wire::ScanPhase::receiving) return now;
+  std::map<std::string, std::string> stored;  // name to hash
+  for (const wire::HeldFile& held : now->files) {
+    if (held.stored) stored[held.file.name] = held.file.sha256;
+  }
+  for (const wire::FileEntry& file : manifest.files) {
+    const auto found = stored.find(file.name);
+    if (found == stored.end() || found->second != file.sha256) return now;
+  }
+  if (Result<void> removed = remove_unlisted(manifest); !removed) return tl::unexpected(removed.error());
+  const Result<void> good = verify_bundle(store_.bundle(manifest.scan));
+  if (!good) spdlog::error("scan {} is not a usable bundle: {}", manifest.scan, good.error().message());
+  const Result<void> noted = good ? store_.queue_job(manifest.scan) : store_.fail_job(manifest.scan, good.error().message());
+  if (!noted) return tl::unexpected(noted.error());
+  queued = good.has_value();
+  std::error_code error;
+  fs::remove_all(store_.incoming(manifest.scan), error);
+  return state(manifest.scan);
+}
+
+// Takes what the manifest does not name out of the catalogue and off the disk, files that a crash kept from being
+// catalogued included.
+Result<void> Receiver::remove_unlisted(const wire::ScanClose& manifest) {
+  std::set<std::string> listed;
+  for (const wire::FileEntry& file : manifest.files) listed.insert(file.name);
+  const Result<std::vector<StoredFile>> files = store_.files(manifest.scan);
+  if (!files) return tl::unexpected(files.error());
+  for (const StoredFile& file : *files) {
+    if (listed.contains(file.name)) continue;
+    if (Result<void> removed = store_.remove_file(manifest.scan, file.name); !removed) return removed;
+  }
+  const Bundle bundle = store_.bundle(manifest.scan);
+  std::error_code error;
+  std::vector<fs::path> unlisted;
+  for (auto it = fs::directory_iterator(bundle.frames(), error); !error && it != fs::directory_iterator();
+       it.increment(error)) {
+    if (!listed.contains(std::string(frames_folder) + it->path().filename().string())) unlisted.push_back(it->path());
+  }
+  for (const fs::path& file : unlisted) fs::remove(file, error);
+  if (error) return fail("cannot clean up the frames of a scan", bundle.frames().string() + " (" + error.message() + ")");
+  return {};
+}
+
+}  // namespace gyre

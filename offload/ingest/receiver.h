@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the host does with what a device sends, between the socket and the store.
+#pragma once
+
+#include "common/result/result.h"
+#include "common/wire/wire.h"
+#include "offload/store/store.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+
+namespace gyre {
+
+// Files arrive in <store>/incoming/<scan-id>/ under a name made of theirs and their hash, so that what was received is
+// known after any restart from the disk alone; a complete one is checked, synced, moved into the bundle and catalogued,
+// and only then acknowledged. An error means that the store cannot go on (a full disk), not that the peer is at fault.
+// Callers have made sure that the scan is open and belongs to the device.
+class Receiver {
+ public:
+  Receiver(Store& store, std::uint64_t max_file_bytes) : store_(store), max_file_bytes_(max_file_bytes) {}
+
+  // What the host has of a scan. Files that vanished from the disk are taken out of the catalogue first.
+  Result<wire::ScanState> state(const std::string& scan_id);
+
+  // Stores a chunk. Returns the answer when there is one: FileAck, FileResume, or ScanState when the scan takes no files.
+  Result<std::optional<wire::Message>> accept(const wire::FileChunk& chunk);
+
+  // Forgets a candidate while the scan is still receiving.
+  Result<void> discard(const wire::Discard& discard);
+
+  // Compares the scan with its manifest. When all is here: removes what is not in it, verifies the bundle and queues the
+  // job (`queued` becomes true), or fails the scan. Returns the scan's state then.
+  Result<wire::ScanState> close(const wire::ScanClose& manifest, bool& queued);
+
+ private:
+  std::filesystem::path part_of(const std::string& scan_id, const std::string& name, const std::string& sha256) const;
+  Result<std::optional<wire::Message>> finish(const wire::FileChunk& chunk, const std::filesystem::path& part);
+  Result<void> remove_unlisted(const wire::ScanClose& manifest);
+
+  Store& store_;
+  std::uint64_t max_file_bytes_;
+  std::set<std::filesystem::path> resuming_;  // parts whose sender was asked to resume and has not yet
+};
+
+}  // namespace gyre

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/verbs.h"
+
+#include "offload/body/template.h"
+#include "offload/orbit.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+namespace gyre {
+
+int report_error(const Error& error) {
+  std::fprintf(stderr, "gyre-offload: %s\n", error.message().c_str());
+  return error.exit_code();
+}
+
+void add_pipeline_flags(CLI::App& verb, PipelineFlags& flags) {
+  verb.add_option(
+      "--template", flags.body_template,
+      "human template (GLB); default: $GYRE_TEMPLATE, the user's and the system's data folder, else a generated human");
+  verb.add_option("--height-mm", flags.height_mm,
+                  "stature of the subject, sole to top of hair, millimetres; default: as recorded with the scan")
+      ->check(CLI::Range(300.0, 2600.0));
+  verb.add_option("--texture-size", flags.texture_size, "side of the texture, pixels; default: 2048")
+      ->check(CLI::Range(256, 8192));
+  verb.add_option("--set", flags.settings, "any option of a stage, as STAGE.OPTION=VALUE; may be given several times");
+  verb.add_option("--until", flags.pipeline.until, "last stage to run; default: all");
+  verb.add_option("--threads", flags.pipeline.threads, "threads; 0: one a core")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  verb.add_option("--memory-gib", flags.pipeline.memory_gib, "memory the stages should stay below, GiB")
+      ->check(CLI::Range(0.5, 1024.0))
+      ->capture_default_str();
+  verb.add_option("--seed", flags.pipeline.seed, "seed of every random choice")->capture_default_str();
+}
+
+Result<PipelineOptions> pipeline_options(const PipelineFlags& flags, std::optional<double> scan_height_mm) {
+  PipelineOptions options = flags.pipeline;
+  options.stage_options = nlohmann::json::object();
+  for (const std::string& setting : flags.settings) {
+    const std::size_t dot = setting.find('.');
+    const std::size_t equals = setting.find('=');
+    if (dot == std::string::npos || equals == std::string::npos || dot > equals) {
+      return wrong_use("cannot understand a setting", setting, "write it as STAGE.OPTION=VALUE");
+    }
+    const std::string text = setting.substr(equals + 1);
+    const nlohmann::json value = nlohmann::json::parse(text, nullptr, false);
+    options.stage_options[setting.substr(0, dot)][setting.substr(dot + 1, equals - dot - 1)] =
+        value.is_discarded() ? nlohmann::json(text) : value;
+  }
+  const Result<std::filesystem::path> body = find_template_file(flags.body_template);
+  if (!body) return tl::unexpected(body.error());
+  const double height_mm = flags.height_mm > 0 ? flags.height_mm : scan_height_mm.value_or(0.0);
+  for (const Stage& stage : orbit_stages()) {
+    const auto set = [&](const char* key, const nlohmann::json& value) {
+      if (stage.options.contains(key)) options.stage_options[stage.name].emplace(key, value);
+    };
+    if (!body->empty()) set("template", std::filesystem::absolute(*body).string());
+    if (height_mm > 0) set("height_mm", height_mm);
+    if (flags.texture_size > 0) set("size", flags.texture_size);
+  }
+  return options;
+}
+
+}  // namespace gyre

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/texture/bake.h"
+
+#include "common/parallel/parallel.h"
+#include "offload/texture/atlas.h"
+#include "offload/texture/blend.h"
+#include "offload/texture/face_graph.h"
+#include "offload/texture/fill.h"
+#include "offload/texture/view_effects.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace gyre {
+
+namespace {
+
+std::vector<Eigen::Vector3d> triangle_normals(const TriangleMesh& mesh) {
+  std::vector<Eigen::Vector3d> normals;
+  normals.reserve(mesh.triangles.size());
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    const Eigen::Vector3d& a = mesh.vertices[t[0]];
+    normals.push_back((mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).normalized());
+  }
+  return normals;
+}
+
+// Sharp views, and head views on the head, count more.
+void weigh_scores(ObservationTable& table, std::span<const Photo> photos, std::span<const double> sharpness,
+                  std::span<const std::uint8_t> head, double head_preference) {
+  for (std::size_t t = 0; t + 1 < table.start.size(); ++t) {
+    for (Observation& o : table.of(t)) {
+      const bool fits = !head.empty() && photos[o.photo].head_pass == (head[t] != 0);
+      o.score *= static_cast<float>(sharpness[o.photo] * (fits ? head_preference : 1.0));
+    }
+  }
+}
+
+void generate_colours(const BakeSubject& subject, const Atlas& atlas, int threads, Canvas& canvas) {
+  if (subject.generated.empty()) return;
+  parallel_for(atlas.size, threads, [&](std::size_t y) {
+    for (std::size_t i = y * atlas.size; i < (y + 1) * atlas.size; ++i) {
+      const int t = atlas.triangle[i];
+      if (t < 0 || !subject.generated[t]) continue;
+      canvas.colour[i] = subject.generate(t, corner_weights(atlas, i));
+      canvas.origin[i] = TexelOrigin::generated;
+    }
+  });
+}
+
+// Hues by the golden angle: neighbours in order are far apart in colour.
+cv::Vec3b colour_of_photo(int photo) {
+  const double hue = std::fmod(photo * 0.61803398875, 1.0) * 180.0;
+  cv::Mat hsv(1, 1, CV_8UC3, cv::Scalar(hue, photo % 2 == 0 ? 200 : 130, photo % 3 == 0 ? 180 : 235));
+  cv::cvtColor(hsv, hsv, cv::COLOR_HSV2BGR);
+  return hsv.at<cv::Vec3b>(0, 0);
+}
+
+BakedTexture finish(const Canvas& canvas, const Atlas& atlas, std::size_t photos) {
+  BakedTexture baked;
+  baked.albedo.create(atlas.size, atlas.size, CV_8UC3);
+  baked.source = cv::Mat::zeros(atlas.size, atlas.size, CV_8UC3);
+  baked.texels_of.assign(photos, 0);
+  std::vector<cv::Vec3b> key(photos);
+  for (std::size_t p = 0; p < photos; ++p) key[p] = colour_of_photo(static_cast<int>(p));
+  for (std::size_t i = 0; i < atlas.texels(); ++i) {
+    const int y = static_cast<int>(i / atlas.size);
+    const int x = static_cast<int>(i % atlas.size);
+    for (int c = 0; c < 3; ++c) {
+      baked.albedo.at<cv::Vec3b>(y, x)[c] = cv::saturate_cast<std::uint8_t>(canvas.colour[i][c]);
+    }
+    if (atlas.triangle[i] < 0) continue;
+    ++baked.origins[static_cast<std::size_t>(canvas.origin[i])];
+    cv::Vec3b& source = baked.source.at<cv::Vec3b>(y, x);
+    if (canvas.origin[i] == TexelOrigin::filled) source = {60, 60, 60};
+    if (canvas.origin[i] == TexelOrigin::generated) source = {255, 255, 255};
+    if (canvas.photo[i] < 0) continue;
+    source = key[canvas.photo[i]];
+    ++baked.texels_of[canvas.photo[i]];
+  }
+  return baked;
+}
+
+}  // namespace
+
+Result<void> BakeOptions::check() const {
+  if (size < 16 || size > 8192) return wrong_use("texture size out of range", std::to_string(size), "give 16 to 8192");
+  if (rim < 0 || rim > 16) return wrong_use("texture rim out of range", std::to_string(rim), "give 0 to 16");
+  if (limits.loose_cosine <= 0 || limits.strict_cosine < limits.loose_cosine) {
+    return wrong_use("view limits out of order", "strict before loose", "give angles below 90 degrees");
+  }
+  return {};
+}
+
+Result<BakedTexture> bake_texture(const BakeSubject& subject, std::vector<Photo> photos, const BakeOptions& options,
+                                  int threads, const Progress& progress) {
+  if (auto ok = options.check(); !ok) return tl::unexpected(ok.error());
+  const TriangleMesh& mesh = subject.mesh;
+  if (mesh.triangles.empty() || mesh.uv_triangles.size() != mesh.triangles.size()) {
+    return fail("the mesh has no texture coordinates", {}, "give one texture triangle a triangle");
+  }
+  if (photos.empty()) return fail("no photographs to texture from", {}, "register the cameras first");
+
+  progress(0.0, "what each photograph sees");
+  constexpr int crop_margin = 8;  // pixels
+  std::vector<DepthMap> depths(photos.size());
+  parallel_for(photos.size(), threads, [&](std::size_t p) {
+    crop_to(photos[p], mesh.vertices, crop_margin);
+    depths[p] = map_depth(mesh, photos[p], options.sight);
+  });
+  const std::vector<Eigen::Vector3d> normals = triangle_normals(mesh);
+  const std::vector<std::uint8_t> skip =
+      subject.generated.empty() ? std::vector<std::uint8_t>(mesh.triangles.size(), 0) : subject.generated;
+  ObservationTable table = observe(mesh, normals, skip, photos, depths, options.sight, options.limits, threads);
+  if (table.all.empty()) {
+    return fail("no photograph sees the surface", {}, "check that cameras and fitted mesh share one world");
+  }
+
+  progress(0.35, "exposure and sharpness");
+  std::vector<Eigen::Vector3d> gains(photos.size(), Eigen::Vector3d::Ones());
+  if (options.equalise_exposure) gains = exposure_gains(table, static_cast<int>(photos.size()));
+  for (std::size_t p = 0; p < photos.size(); ++p) photos[p].tone = ToneCurve(gains[p]);
+  for (Observation& o : table.all) o.colour = photos[o.photo].tone.apply(o.colour);
+  const std::vector<double> sharpness = relative_sharpness(table, photos);
+  weigh_scores(table, photos, sharpness, subject.head, options.head_preference);
+
+  progress(0.5, "labelling");
+  LabelOptions labels = options.labels;
+  if (!options.cut_and_blend) labels.sweeps = 0;
+  const std::vector<std::vector<Candidate>> candidates = label_candidates(table, labels);
+  const std::vector<SharedEdge> edges = shared_edges(mesh.triangles);
+  const std::vector<int> label = choose_photos(mesh.vertices, edges, candidates, photos, labels);
+
+  progress(0.65, "seam levelling");
+  VertexPatches patches(mesh.vertices.size());
+  if (options.cut_and_blend) {
+    patches = patches_at_vertices(mesh.triangles, label, mesh.vertices.size());
+    level_seams(mesh.vertices, edges, label, photos, options.levels, patches);
+  }
+
+  progress(0.75, "painting");
+  const Atlas atlas = map_atlas(mesh.uv, mesh.uv_triangles, options.size, options.rim);
+  Canvas canvas =
+      paint({atlas, mesh, normals, label, candidates, patches, photos, depths, options.sight, options.limits}, threads);
+  generate_colours(subject, atlas, threads, canvas);
+
+  progress(0.9, "filling");
+  fill_surface(atlas, mesh.triangles, mesh.vertices.size(), skip, canvas);
+  fill_background(options.size, canvas);
+
+  BakedTexture baked = finish(canvas, atlas, photos.size());
+  baked.gains = gains;
+  baked.sharpness = sharpness;
+  return baked;
+}
+
+}  // namespace gyre

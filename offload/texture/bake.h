@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Photographs in, one texture in the layout of the mesh's own texture coordinates out.
+#pragma once
+
+#include "common/log/log.h"
+#include "common/mesh/mesh.h"
+#include "common/result/result.h"
+#include "offload/texture/labelling.h"
+#include "offload/texture/levelling.h"
+#include "offload/texture/observations.h"
+#include "offload/texture/photo.h"
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+namespace gyre {
+
+struct BakeOptions {
+  int size = 2048;  // texels a side
+  int rim = 2;      // texels every chart continues beyond its border
+  bool equalise_exposure = true;
+  bool cut_and_blend = true;  // false: best view a triangle, nothing smoothed (what the better result is compared with)
+  double head_preference = 1.5;  // factor on the score of head views on the head, and of body views elsewhere
+  SightOptions sight;
+  ViewLimits limits;
+  LabelOptions labels;
+  LevelOptions levels;
+
+  Result<void> check() const;
+};
+
+// The surface in the pose of the photographs: metres, world, with texture coordinates. Arrays are one a triangle, or
+// empty.
+struct BakeSubject {
+  TriangleMesh mesh;
+  std::vector<std::uint8_t> head;       // 1: belongs to the head
+  std::vector<std::uint8_t> generated;  // 1: coloured by `generate` and not from photographs
+  std::function<Eigen::Vector3f(int triangle, const Eigen::Vector3d& weights)> generate;  // encoded BGR
+};
+
+struct BakedTexture {
+  cv::Mat albedo;  // 8-bit BGR, size x size, no texel without colour
+  cv::Mat source;  // 8-bit BGR: one colour a photograph; black: no surface, dark grey: filled, white: generated
+  std::vector<std::size_t> texels_of;    // of each photograph
+  std::array<std::size_t, 5> origins{};  // texels of the surface by TexelOrigin
+  std::vector<Eigen::Vector3d> gains;    // BGR, of each photograph
+  std::vector<double> sharpness;         // of each photograph, (0, 1]
+};
+
+// Methods 1.5, first part: visibility, per-view colour, labelling, blending, filling. Photographs are cropped in place.
+// Error: options out of range, a mesh without texture coordinates, no photographs, or none that sees the mesh.
+Result<BakedTexture> bake_texture(const BakeSubject& subject, std::vector<Photo> photos, const BakeOptions& options,
+                                  int threads, const Progress& progress);
+
+}  // namespace gyre

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Generated colours for the parts of the template that no photograph shows well: eyes, teeth, tongue, mouth, lashes.
+#pragma once
+
+#include "offload/body/template.h"
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace gyre {
+
+class InnerPaint {
+ public:
+  explicit InnerPaint(const BodyTemplate& body);
+
+  // One a triangle of the template: 1 where the colour is generated.
+  const std::vector<std::uint8_t>& covered() const { return covered_; }
+
+  // Encoded BGR at a point of a covered triangle given by its corner weights.
+  Eigen::Vector3f colour(int triangle, const Eigen::Vector3d& weights) const;
+
+ private:
+  enum class Kind : std::uint8_t { none, eye, teeth, tongue, lashes, mouth };
+  struct Eye {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    double radius = 0.0;
+  };
+
+  Eigen::Vector3f eye_colour(const Eye& eye, const Eigen::Vector3d& point) const;
+
+  const BodyTemplate& body_;
+  std::vector<std::uint8_t> covered_;
+  std::vector<Kind> kind_;
+  std::vector<std::uint8_t> eye_of_;
+  std::vector<Eye> eyes_;
+};
+
+}  // namespace gyre

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/texture/texture_stage.h"
+
+#include "common/bundle/atomic_file.h"
+#include "common/geometry/colmap_model.h"
+#include "common/mesh/mesh_io.h"
+#include "offload/body/template.h"
+#include "offload/texture/bake.h"
+#include "offload/texture/blend.h"
+#include "offload/texture/inner_parts.h"
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+namespace gyre {
+
+namespace {
+
+Result<std::vector<Photo>> load_photos(const StageContext& context) {
+  const auto model = read_colmap_model(context.bundle.work("cameras"));
+  if (!model) return tl::unexpected(model.error());
+  std::vector<Photo> photos;
+  for (const auto& [id, image] : model->images) {
+    const std::filesystem::path file = context.bundle.frames() / image.name;
+    const auto frame = parse_frame_name(image.name);
+    if (!is_safe_name(image.name) || !frame) {
+      return fail("the camera model names a picture that is no keyframe", image.name, "run the cameras stage again");
+    }
+    Photo photo;
+    photo.name = image.name;
+    photo.camera = model->camera_of(image);
+    photo.cam_from_world = image.cam_from_world;
+    photo.head_pass = frame->pass == "head";
+    photo.image = cv::imread(file.string(), cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    if (photo.image.empty()) return fail("cannot read keyframe", file.string(), "check the bundle");
+    if (photo.image.cols != photo.camera.width || photo.image.rows != photo.camera.height) {
+      return fail("keyframe and camera differ in size", file.string(), "run the cameras stage again");
+    }
+    photos.push_back(std::move(photo));
+  }
+  std::sort(photos.begin(), photos.end(), [](const Photo& a, const Photo& b) { return a.name < b.name; });
+  return photos;
+}
+
+std::vector<std::uint8_t> head_triangles(const BodyTemplate& body) {
+  std::vector<std::uint8_t> head;
+  head.reserve(body.mesh.triangles.size());
+  for (const Eigen::Vector3i& t : body.mesh.triangles) {
+    const BodyRegion region = body.regions[t[0]];
+    head.push_back(region == BodyRegion::head || region == BodyRegion::face || region == BodyRegion::inner ? 1 : 0);
+  }
+  return head;
+}
+
+Result<void> write_png(const cv::Mat& image, const std::filesystem::path& file) {
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(".png", image, bytes)) return fail("cannot encode picture", file.string(), "use a smaller size");
+  return write_file(file, std::as_bytes(std::span(bytes)));
+}
+
+nlohmann::json describe(const BakedTexture& baked, std::span<const Photo> photos) {
+  const auto count = [&](TexelOrigin o) { return static_cast<double>(baked.origins[static_cast<std::size_t>(o)]); };
+  double total = 0;
+  for (const std::size_t n : baked.origins) total += static_cast<double>(n);
+  nlohmann::json views = nlohmann::json::array();
+  for (std::size_t p = 0; p < photos.size(); ++p) {
+    const Eigen::Vector3d& gain = baked.gains[p];
+    views.push_back({{"name", photos[p].name},
+                     {"texels", baked.texels_of[p]},
+                     {"gain_rgb", {gain[2], gain[1], gain[0]}},
+                     {"sharpness", baked.sharpness[p]}});
+  }
+  return {{"size", baked.albedo.rows},
+          {"surface_texels", total},
+          {"share",
+           {{"within_45_deg", count(TexelOrigin::strict) / total},
+            {"within_75_deg_or_near_edge", count(TexelOrigin::loose) / total},
+            {"filled", count(TexelOrigin::filled) / total},
+            {"generated", count(TexelOrigin::generated) / total}}},
+          {"views", views}};
+}
+
+Result<nlohmann::json> run(const StageContext& context) {
+  BakeOptions options;
+  options.size = context.options.value("size", options.size);
+  if (options.size < 1024 || options.size > 8192) {
+    return wrong_use("texture size out of range", std::to_string(options.size), "give 1024 to 8192");
+  }
+  const auto body = find_template(context.options.value("template", std::string()));
+  if (!body) return tl::unexpected(body.error());
+  const std::filesystem::path fitted = context.bundle.work("fit") / "posed.ply";
+  auto posed = read_ply(fitted);
+  if (!posed) return tl::unexpected(posed.error());
+  if (posed->vertices.size() != body->mesh.vertices.size()) {
+    return fail("the fitted mesh does not belong to this template", fitted.string(), "run the fit stage again");
+  }
+  context.progress(0.0, "reading keyframes");
+  auto photos = load_photos(context);
+  if (!photos) return tl::unexpected(photos.error());
+
+  const InnerPaint paint(*body);
+  BakeSubject subject;
+  subject.mesh = body->mesh;
+  subject.mesh.vertices = std::move(posed->vertices);
+  subject.head = head_triangles(*body);
+  subject.generated = paint.covered();
+  subject.generate = [&paint](int t, const Eigen::Vector3d& w) { return paint.colour(t, w); };
+
+  const auto baked = bake_texture(subject, *photos, options, context.threads, context.progress);
+  if (!baked) return tl::unexpected(baked.error());
+  context.progress(0.95, "writing");
+  if (auto ok = write_png(baked->albedo, context.out / "albedo.png"); !ok) return tl::unexpected(ok.error());
+  if (auto ok = write_png(baked->source, context.out / "source.png"); !ok) return tl::unexpected(ok.error());
+  const nlohmann::json facts = describe(*baked, *photos);
+  if (auto ok = write_file(context.out / "texture.json", facts.dump(1) + "\n"); !ok) return tl::unexpected(ok.error());
+  context.progress(1.0, "done");
+  return nlohmann::json{{"size", facts["size"]}, {"share", facts["share"]}, {"views", photos->size()}};
+}
+
+}  // namespace
+
+Stage texture_stage() {
+  Stage stage;
+  stage.name = "texture";
+  stage.inputs = {"frames", "work/cameras", "work/fit"};
+  stage.external = {"template"};
+  stage.options = {{"template", ""}, {"size", BakeOptions{}.size}};
+  stage.run = run;
+  return stage;
+}
+
+}  // namespace gyre

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// The room around the synthetic person: floor, ceiling, four walls, some boxes.
+#pragma once
+
+#include "common/mesh/mesh.h"
+#include "tests/synthetic/appearance.h"
+#include "tests/synthetic/subject.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace gyre::synthetic {
+
+struct Room {
+  TriangleMesh mesh;                // with normals; triangles small against the curvature of a lens, seen from inside
+  std::vector<Material> materials;  // one a triangle
+};
+
+Room make_room(std::uint64_t seed, const RoomSize& size = {});
+
+}  // namespace gyre::synthetic
