@@ -63,7 +63,7 @@ Result<MeasuredSelection> select_keyframes(FrameSource& source, const SelectionO
   for (const MeasuredFrame& frame : *frames) measures.push_back(frame.measure);
 
   Result<Selection> selection =
-      is_photographs(source.info()) ? Result<Selection>(keep_all(measures)) : select_keyframes(measures, options);
+      is_photographs(source.info()) ? keep_all(measures) : select_keyframes(measures, options);
   if (!selection) {
     if (selection.error().kind == Error::Kind::failed) {
       selection.error().where = source.info().path.string() + ", " + selection.error().where;

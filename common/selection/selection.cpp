@@ -33,6 +33,12 @@ std::vector<double> smoothed_motion(std::span<const FrameMeasure> frames, double
   return smoothed;
 }
 
+Result<void> check_count(std::size_t frames) {
+  if (frames >= least_frames) return {};
+  return fail("too few frames", std::to_string(frames),
+              "a pass needs " + std::to_string(least_frames) + " or more; record for longer");
+}
+
 std::string range_text(const std::vector<int>& frames) {
   return std::to_string(frames.front()) + " to " + std::to_string(frames.back());
 }
@@ -156,13 +162,15 @@ Walk walk(std::span<const double> travelled, std::span<const FrameMeasure> frame
   return out;
 }
 
+int attainable_keyframes(const SelectionOptions& options, int frames) {
+  constexpr int frames_per_keyframe = 3;
+  return std::min(options.keyframes, frames / frames_per_keyframe);
+}
+
 Result<Selection> select_keyframes(std::span<const FrameMeasure> frames, const SelectionOptions& options) {
   if (const Result<void> valid = options.check(); !valid) return tl::unexpected(valid.error());
   const int count = static_cast<int>(frames.size());
-  if (count < least_frames) {
-    return fail("too few frames", std::to_string(count),
-                "a pass needs " + std::to_string(least_frames) + " or more; record for longer");
-  }
+  if (const Result<void> enough = check_count(frames.size()); !enough) return tl::unexpected(enough.error());
   Selection selection;
   selection.smoothed = smoothed_motion(frames, options.sigma);
   const std::vector<double> travelled = accumulate_motion(selection.smoothed);
@@ -171,7 +179,7 @@ Result<Selection> select_keyframes(std::span<const FrameMeasure> frames, const S
                 "mean motion " + two_decimals(travelled.back() / (count - 1)) + " pixels a frame",
                 "walk around the subject while recording");
   }
-  const int keyframes = std::min(options.keyframes, count);
+  const int keyframes = attainable_keyframes(options, count);
   selection.threshold = travelled.back() / keyframes;
 
   Walk walked = walk(travelled, frames, selection.threshold, 0, keyframes, options);
@@ -186,7 +194,8 @@ Result<Selection> select_keyframes(std::span<const FrameMeasure> frames, const S
   return selection;
 }
 
-Selection keep_all(std::span<const FrameMeasure> frames) {
+Result<Selection> keep_all(std::span<const FrameMeasure> frames) {
+  if (const Result<void> enough = check_count(frames.size()); !enough) return tl::unexpected(enough.error());
   Selection selection;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     selection.smoothed.push_back(frames[i].motion);

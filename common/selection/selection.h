@@ -31,7 +31,7 @@ struct FrameMeasure {
 };
 
 struct SelectionOptions {
-  int keyframes = 75;          // N; at most the number of frames
+  int keyframes = 75;          // N; fewer for a short recording, see attainable_keyframes
   int neighbourhood = 5;       // k, frames to each side
   double sigma = 2.0;          // of the smoothing, frames
   double largest_gap = 1.3;    // movement between two keyframes, in units of T
@@ -59,11 +59,15 @@ struct Selection {
 // Least number of frames a selection makes sense for.
 inline constexpr int least_frames = 8;
 
+// N of a recording with that many frames: as asked for, but at most a third of the frames. With fewer to a keyframe
+// there is nothing to choose from, and a fast stretch could not keep to the largest gap.
+int attainable_keyframes(const SelectionOptions& options, int frames);
+
 // The rule. Errors: fewer than `least_frames` frames, no movement, options out of range.
 Result<Selection> select_keyframes(std::span<const FrameMeasure> frames, const SelectionOptions& options);
 
-// Every frame a keyframe, for photographs that a person has already chosen.
-Selection keep_all(std::span<const FrameMeasure> frames);
+// Every frame a keyframe, for photographs that a person has already chosen. Error: fewer than `least_frames`.
+Result<Selection> keep_all(std::span<const FrameMeasure> frames);
 
 // Smoothing of a sequence with a Gaussian cut at 4 sigma and renormalised where it leaves the sequence.
 std::vector<double> smooth(std::span<const double> values, double sigma);

@@ -20,7 +20,9 @@ Result<void> StreamingOptions::check() const {
   return selection.check();
 }
 
-StreamingSelector::StreamingSelector(const StreamingOptions& options) : options_(options) {}
+StreamingSelector::StreamingSelector(const StreamingOptions& options)
+    : options_(options),
+      expected_keyframes_(std::max(1, attainable_keyframes(options.selection, options.expected_frames))) {}
 
 int StreamingSelector::latency() const {
   return options_.selection.neighbourhood + smoothing_lag;
@@ -48,7 +50,7 @@ double StreamingSelector::share_of_walks(int frame) const {
   constexpr int warm_up = 4;      // crossings before the frame; a walk soon forgets where it began
   constexpr int look_ahead = 4;
   const double done = std::min(1.0, static_cast<double>(frames_.size()) / options_.expected_frames);
-  const double expected = travelled_.back() / (done * options_.selection.keyframes);
+  const double expected = travelled_.back() / (done * expected_keyframes_);
   if (!(travelled_.back() > options_.selection.least_motion * static_cast<double>(frames_.size()))) return 0.0;
 
   int taken = 0;
@@ -71,7 +73,7 @@ std::optional<int> StreamingSelector::push(const FrameMeasure& frame) {
   const double share = share_of_walks(decided);
   shares_.insert(std::upper_bound(shares_.begin(), shares_.end(), share), share);
   // Propose the best part of all frames so far, as large a part as the candidates are of the whole pass.
-  const double most = options_.candidates * options_.selection.keyframes;
+  const double most = options_.candidates * expected_keyframes_;
   const double part = std::min(1.0, most / options_.expected_frames);
   const auto better = shares_.end() - std::upper_bound(shares_.begin(), shares_.end(), share);
   const bool is_among_best = static_cast<double>(better) < part * static_cast<double>(shares_.size());

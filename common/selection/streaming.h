@@ -12,7 +12,7 @@ namespace gyre {
 struct StreamingOptions {
   SelectionOptions selection;
   int expected_frames = 0;  // length of the pass, as well as it is known; a guess is good enough
-  double candidates = 1.4;  // at most so many frames are proposed for every keyframe
+  double candidates = 1.6;  // at most so many frames are proposed for every keyframe
 
   Result<void> check() const;
 };
@@ -43,6 +43,7 @@ class StreamingSelector {
   double share_of_walks(int frame) const;
 
   StreamingOptions options_;
+  int expected_keyframes_;
   std::vector<FrameMeasure> frames_;
   std::vector<double> travelled_;  // smoothed movement up to each frame; the newest entries still change
   std::vector<double> shares_;     // of the walks that took each decided frame, ascending

@@ -71,6 +71,9 @@ Result<void> Download::on(const wire::ResultChunk& chunk, const Send& send) {
   const bool expected = !finished() && chunk.name == file().name && chunk.sha256 == file().sha256 &&
                         chunk.offset == received_ && chunk.data.size() <= file().size - received_;
   if (!expected) return {};
+  if (chunk.data.size() != std::min<std::uint64_t>(wire::max_chunk_bytes, file().size - received_)) {
+    return fail("the host has less of a result than it says", file().name, "look at the host's disk");
+  }
   if (Result<void> stored = append(part(), chunk.data); !stored) return stored;
   received_ += chunk.data.size();
   if (received_ < file().size) return ask(send);

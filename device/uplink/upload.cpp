@@ -41,7 +41,8 @@ Result<Next> Upload::next() {
 Result<Next> Upload::next_of(const std::string& id, Scan& scan) {
   if (scan.over || (scan.open_sent && !scan.host_known)) return Next();
   const std::optional<SpooledScan> now = spool_.scan(id);
-  if (!now || now->phase == SpoolPhase::delivered) return Next();
+  scan.over = !now || now->phase == SpoolPhase::delivered;
+  if (scan.over) return Next();
   if (!scan.open_sent) {
     Result<std::string> description = read_file(spool_.bundle(id).scan_file());
     if (!description) return tl::unexpected(description.error());
@@ -80,7 +81,9 @@ Result<void> Upload::start(const std::string& id, Scan& scan, const SpooledFile&
   }
   const auto held = scan.held.find(file.name);
   const bool resume = held != scan.held.end() && held->second.file.sha256 == file.sha256;
-  const std::uint64_t offset = resume ? std::min(held->second.held, file.size) : 0;
+  std::uint64_t offset = resume ? std::min(held->second.held, file.size) : 0;
+  // The host has every byte but has not checked them: the last chunk again makes it do so.
+  if (offset == file.size) offset -= std::min<std::uint64_t>(offset, wire::max_chunk_bytes);
   scan.at_host.insert(file.name);
   current_ = Current{id, file, std::move(*content), offset, false};
   return {};

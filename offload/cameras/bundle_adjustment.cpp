@@ -11,11 +11,14 @@ using PoseBlock = std::array<double, 7>;  // quaternion x y z w, translation
 using LensBlock = std::array<double, 9>;  // f, fy / fx, cx, cy, k1, k2, p1, p2, k3
 
 // Prior standard deviations of a lens: shares of the image size for the principal point, absolute for the rest.
-constexpr double prior_aspect = 0.01;
-constexpr double prior_principal = 0.03;
+constexpr double prior_aspect = 0.003;
+constexpr double prior_principal = 0.01;
 constexpr double prior_k1 = 0.3;
 constexpr double prior_k2 = 0.3;
-constexpr double prior_tangential = 0.01;
+constexpr double prior_tangential = 0.003;
+// Keypoints of one view share errors of the lens model, of the subject and of the detector, so that hundreds say no more
+// about the lens than this many independent ones.
+constexpr double independent_keypoints_per_view = 20.0;
 
 Eigen::Quaterniond exponential(const Eigen::Vector3d& w) {
   const double angle = w.norm();
@@ -111,10 +114,12 @@ class Reprojection final : public ceres::SizedCostFunction<2, 7, 9, 3> {
 // Pulls a lens that the views leave free towards an ordinary one.
 class LensPrior final : public ceres::SizedCostFunction<7, 9> {
  public:
-  explicit LensPrior(const Camera& camera) : middle_(0.5 * camera.width, 0.5 * camera.height) {
+  // strength: what a prior's residual is multiplied with.
+  LensPrior(const Camera& camera, double strength) : middle_(0.5 * camera.width, 0.5 * camera.height) {
     const double size = std::max(camera.width, camera.height);
     weight_ << 1 / prior_aspect, 1 / (prior_principal * size), 1 / (prior_principal * size), 1 / prior_k1,
         1 / prior_k2, 1 / prior_tangential, 1 / prior_tangential;
+    weight_ *= strength;
   }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
@@ -211,7 +216,8 @@ BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(ownership);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  std::vector<bool> pose_in(scene.views.size(), false), lens_in(scene.cameras.size(), false);
+  std::vector<bool> pose_in(scene.views.size(), false);
+  std::vector<int> keypoints_of(scene.cameras.size(), 0);
   BundleSummary result;
   for (const int t : tracks) {
     Track& track = scene.tracks[static_cast<std::size_t>(t)];
@@ -222,7 +228,7 @@ BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
       problem.AddResidualBlock(new Reprojection(scene.pixel_of(o), 1.0), &loss, poses[view].data(),
                                lenses[camera].data(), track.point.data());
       pose_in[view] = true;
-      lens_in[camera] = true;
+      ++keypoints_of[camera];
       ++result.observations;
     }
     if (options.free_points) {
@@ -242,10 +248,14 @@ BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
     }
   }
   for (std::size_t c = 0; c < lenses.size(); ++c) {
-    if (!lens_in[c]) continue;
+    if (keypoints_of[c] == 0) continue;
     if (lens_manifold) {
+      double views = 0;
+      for (std::size_t v = 0; v < poses.size(); ++v)
+        if (pose_in[v] && scene.views[v].camera == static_cast<int>(c)) ++views;
+      const double strength = std::sqrt(std::max(1.0, keypoints_of[c] / (independent_keypoints_per_view * views)));
       problem.SetManifold(lenses[c].data(), lens_manifold.get());
-      problem.AddResidualBlock(new LensPrior(scene.cameras[c]), nullptr, lenses[c].data());
+      problem.AddResidualBlock(new LensPrior(scene.cameras[c], strength), nullptr, lenses[c].data());
       ordering->AddElementToGroup(lenses[c].data(), 1);
     } else {
       problem.SetParameterBlockConstant(lenses[c].data());
@@ -273,7 +283,7 @@ BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
     scene.views[v].cam_from_world.translation = Eigen::Vector3d(poses[v].data() + 4);
   }
   for (std::size_t c = 0; c < lenses.size(); ++c) {
-    if (!lens_in[c] || !lens_manifold) continue;
+    if (keypoints_of[c] == 0 || !lens_manifold) continue;
     Camera& camera = scene.cameras[c];
     const LensBlock& l = lenses[c];
     camera.fx = l[0];

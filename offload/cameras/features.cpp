@@ -3,6 +3,7 @@
 
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <tuple>
 
 namespace gyre {
@@ -29,7 +30,9 @@ Descriptor root_sift(const float* sift) {
   return root;
 }
 
-Features detect_features(const cv::Mat& grey, const FeatureOptions& options) {
+Features detect_features(const cv::Mat& picture, const FeatureOptions& options) {
+  cv::Mat grey;
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
   Features features;
   features.width = grey.cols;
   features.height = grey.rows;
@@ -49,6 +52,9 @@ Features detect_features(const cv::Mat& grey, const FeatureOptions& options) {
     if (is_new) {
       features.keypoints.emplace_back(keypoint.pt.x + pixel_from_opencv_sift, keypoint.pt.y + pixel_from_opencv_sift);
       features.sizes.push_back(0.5F * keypoint.size);
+      const auto bgr = picture.at<cv::Vec3b>(std::clamp(cvRound(keypoint.pt.y), 0, picture.rows - 1),
+                                             std::clamp(cvRound(keypoint.pt.x), 0, picture.cols - 1));
+      features.colours.push_back({bgr[2], bgr[1], bgr[0]});
     }
     features.keypoint_of.push_back(place->second);
     features.descriptors.push_back(root_sift(raw.ptr<float>(static_cast<int>(i))));
@@ -58,8 +64,8 @@ Features detect_features(const cv::Mat& grey, const FeatureOptions& options) {
 
 Result<cv::Mat> read_upright(const std::filesystem::path& file) {
   try {
-    cv::Mat grey = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
-    if (!grey.empty()) return grey;
+    cv::Mat picture = cv::imread(file.string(), cv::IMREAD_COLOR);
+    if (!picture.empty()) return picture;
   } catch (const cv::Exception&) {
     // A damaged file is the same failure as a missing one to the caller.
   }

@@ -25,6 +25,7 @@ struct Features {
   std::vector<float> sizes;                // standard deviation of the keypoint's Gaussian, pixels; per keypoint
   std::vector<Descriptor> descriptors;     // largest keypoints first
   std::vector<int> keypoint_of;            // per descriptor; a place with two orientations has two descriptors
+  std::vector<std::array<std::uint8_t, 3>> colours;  // RGB, per keypoint
 };
 
 struct FeatureOptions {
@@ -37,10 +38,10 @@ struct FeatureOptions {
 // root, which has unit L2 norm; here times 512.
 Descriptor root_sift(const float* sift);
 
-// Detects on an 8-bit single-channel upright picture (Lowe, IJCV 2004). The result does not depend on threads.
-Features detect_features(const cv::Mat& grey, const FeatureOptions& options = {});
+// Detects on an 8-bit BGR picture (Lowe, IJCV 2004). The result does not depend on threads.
+Features detect_features(const cv::Mat& picture, const FeatureOptions& options = {});
 
-// Reads a picture as it should be shown (EXIF orientation applied). Error when it is missing or no picture.
+// Reads a picture as it should be shown (EXIF orientation applied), BGR. Error when it is missing or no picture.
 Result<cv::Mat> read_upright(const std::filesystem::path& file);
 
 }  // namespace gyre

@@ -45,8 +45,8 @@ bool same_colour(const Rgb& colour, const StereoView& view, double u, double v, 
 }
 
 // What one other view says about the point ray * depth with `normal` (reference coordinates).
-Opinion ask(const Other& other, const Vector3d& ray, double depth, const Vector3d& normal, const Rgb& colour, const Matrix3d& k,
-            const ConfirmationOptions& options) {
+Opinion ask(const Other& other, const Vector3d& ray, double depth, const Vector3d& normal, const Rgb& colour,
+            const Matrix3d& k, const ConfirmationOptions& options) {
   const Vector3d there = other.rotation * (ray * depth) + other.translation;
   if (there.z() <= 0) return {};
   const Matrix3d& kj = other.view->levels[0].index_from_camera;
@@ -55,10 +55,12 @@ Opinion ask(const Other& other, const Vector3d& ray, double depth, const Vector3
   const int y = static_cast<int>(std::floor(q.y() / q.z() + 0.5));
   if (x < 0 || y < 0 || x >= other.map->width || y >= other.map->height) return {};
   const std::size_t i = other.map->index(x, y);
-  if (other.map->depth[i] <= 0 || other.map->cost[i] > options.max_cost) return {};
+  const PixelState state = other.map->state[i];
+  if (state == PixelState::unknown || (state == PixelState::surface && other.map->cost[i] > options.max_cost))
+    return {};
   const double seen = other.map->depth[i];
   if (seen > there.z() * (1.0 + options.see_through)) return {Verdict::sees_through, 0, Vector3d::Zero()};
-  if (std::abs(seen - there.z()) > options.max_relative_depth * there.z()) return {};
+  if (state == PixelState::beyond || std::abs(seen - there.z()) > options.max_relative_depth * there.z()) return {};
 
   if (!same_colour(colour, *other.view, q.x() / q.z(), q.y() / q.z(), options.max_colour_difference)) return {};
 
@@ -103,7 +105,7 @@ PointCloud consistent_points(std::span<const StereoView> views, std::span<const 
   for (int y = 0; y < map.height; ++y) {
     for (int x = 0; x < map.width; ++x) {
       const std::size_t i = map.index(x, y);
-      if (map.depth[i] <= 0 || map.cost[i] > options.max_cost) continue;
+      if (map.state[i] != PixelState::surface || map.cost[i] > options.max_cost) continue;
       const Vector3d ray((x - k(0, 2)) / k(0, 0), (y - k(1, 2)) / k(1, 1), 1.0);
       const Vector3d normal = map.normal[i].cast<double>();
       const double depth = map.depth[i];

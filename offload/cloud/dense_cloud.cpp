@@ -51,7 +51,7 @@ void parallel_steps(std::size_t count, int threads, const Progress& progress, do
 
 // The longer side at which all views' images and two sets of depth maps fit into the limit.
 int affordable_long_side(const ColmapModel& model, const DenseCloudOptions& options) {
-  constexpr double bytes_a_pixel = 4 * 1.34 + 3 + 2 * (4 + 12 + 4);
+  constexpr double bytes_a_pixel = 7 * 1.34 + 2 * (1 + 4 + 12 + 4);
   double pixels = 0;
   for (const auto& [id, image] : model.images) {
     const Camera& camera = model.camera_of(image);
@@ -83,7 +83,8 @@ void append(PointCloud& cloud, const PointCloud& more) {
   cloud.confidence.insert(cloud.confidence.end(), more.confidence.begin(), more.confidence.end());
 }
 
-PointCloud clean(const PointCloud& fused, const SubjectRegion& region, const DenseCloudOptions& options) {
+PointCloud clean(const PointCloud& fused, std::span<const StereoView> views, std::span<const StereoDepth> maps,
+                 const SubjectRegion& region, const DenseCloudOptions& options) {
   PointCloud cloud = selected(fused, above_floor(fused, options.floor));
   double voxel = options.voxel;
   PointCloud thin = thin_by_voxels(cloud, voxel);
@@ -91,6 +92,7 @@ PointCloud clean(const PointCloud& fused, const SubjectRegion& region, const Den
     voxel *= 1.2;
     thin = thin_by_voxels(cloud, voxel);
   }
+  thin = selected(thin, outside_free_space(thin, views, maps, options.free_space, options.threads));
   thin = selected(thin, well_surrounded(thin, 5 * voxel, 8));
   return selected(thin, subject_clusters(thin, region, options.clusters));
 }
@@ -180,8 +182,8 @@ Result<DenseCloud> build_cloud(const std::vector<StereoView>& views, const Subje
   clock.finish("geometric");
   result.cpu_seconds = cpu_now() - cpu_before;
   for (const StereoDepth& map : maps) {
-    result.megapixels += 1e-6 * static_cast<double>(std::count_if(map.depth.begin(), map.depth.end(),
-                                                                  [](float depth) { return depth > 0; }));
+    result.megapixels +=
+        1e-6 * static_cast<double>(std::count(map.state.begin(), map.state.end(), PixelState::surface));
   }
 
   const std::vector<std::vector<int>> confirming = mutual(neighbours);
@@ -193,7 +195,7 @@ Result<DenseCloud> build_cloud(const std::vector<StereoView>& views, const Subje
   for (const PointCloud& part : parts) append(fused, part);
   clock.finish("fusion");
 
-  result.cloud = clean(fused, region, options);
+  result.cloud = clean(fused, views, maps, region, options);
   clock.finish("filters");
   if (result.cloud.points.empty()) {
     return fail("nothing dense was found in the box around the subject", {},

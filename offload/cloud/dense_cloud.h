@@ -8,6 +8,7 @@
 #include "common/result/result.h"
 #include "offload/cloud/cloud_filters.h"
 #include "offload/cloud/consistency.h"
+#include "offload/cloud/free_space.h"
 #include "offload/cloud/patch_match.h"
 #include "offload/cloud/stereo_view.h"
 #include "offload/cloud/subject_region.h"
@@ -30,6 +31,7 @@ struct DenseCloudOptions {
   ViewSelectionOptions selection;
   PatchMatchOptions matching;
   ConfirmationOptions consistency;
+  FreeSpaceOptions free_space;
   FloorOptions floor;
   ClusterOptions clusters;
   double memory_gib = 4.0;  // the working size shrinks until the estimate is below

@@ -40,7 +40,8 @@ PatchPattern make_pattern() {
 const PatchPattern patch_pattern = make_pattern();
 
 PatchWeights::PatchWeights(const PatchOptions& options) {
-  for (int i = 0; i < 256; ++i) colour_[i] = static_cast<float>(std::exp(-i / static_cast<double>(options.sigma_colour)));
+  for (int i = 0; i < 256; ++i)
+    colour_[i] = static_cast<float>(std::exp(-i / static_cast<double>(options.sigma_colour)));
   for (int i = 0; i < patch_samples; ++i) {
     const double distance = std::sqrt(static_cast<double>(patch_pattern.dx[i]) * patch_pattern.dx[i] +
                                       static_cast<double>(patch_pattern.dy[i]) * patch_pattern.dy[i]);
@@ -61,8 +62,8 @@ ReferencePatch PatchWeights::reference_patch(const ImageLevel& level, int x, int
     patch.weight[i] = 0;
     if (u < 0 || v < 0 || u >= image.width || v >= image.height) continue;
     const Rgb& colour = level.colours[static_cast<std::size_t>(v) * image.width + u];
-    const int difference = std::max({std::abs(colour[0] - centre[0]), std::abs(colour[1] - centre[1]),
-                                     std::abs(colour[2] - centre[2])});
+    const int difference =
+        std::max({std::abs(colour[0] - centre[0]), std::abs(colour[1] - centre[1]), std::abs(colour[2] - centre[2])});
     value[i] = image.value(u, v);
     patch.weight[i] = colour_[difference] * space_[i];
     sum += patch.weight[i];

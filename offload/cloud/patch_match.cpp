@@ -64,6 +64,16 @@ struct Range {
   float most = 0;
 };
 
+StereoDepth nothing_known(const StereoView& view) {
+  const std::size_t size = static_cast<std::size_t>(view.width()) * view.height();
+  StereoDepth map{view.width(), view.height(), {}, {}, {}, {}};
+  map.state.assign(size, PixelState::unknown);
+  map.depth.assign(size, 0.0F);
+  map.normal.assign(size, Vector3f::Zero());
+  map.cost.assign(size, worst_cost);
+  return map;
+}
+
 // Estimation of one view at one level of the pyramid.
 class LevelSolver {
  public:
@@ -73,10 +83,13 @@ class LevelSolver {
       : view_(views[reference]),
         image_(view_.levels[level].image),
         options_(options),
+        weights_(options.patch),
         seed_(seed),
         level_(level),
+        level_is_smallest_(level + 1 == static_cast<int>(view_.levels.size())),
         width_(image_.width),
-        height_(image_.height) {
+        height_(image_.height),
+        world_from_cam_(view_.cam_from_world.inverse()) {
     const Eigen::Matrix3d& k = view_.levels[level].index_from_camera;
     k_inverse_ = k.inverse().cast<float>();
     k_ = k.cast<float>();
@@ -102,6 +115,7 @@ class LevelSolver {
     find_ranges(region);
     planes_.resize(ranges_.size());
     costs_.assign(ranges_.size(), worst_cost);
+    chosen_.assign(ranges_.size(), static_cast<std::uint16_t>((1U << sources_.size()) - 1U));
   }
 
   int width() const { return width_; }
@@ -118,12 +132,14 @@ class LevelSolver {
   // Takes over a smaller level's planes; pixels without a good one nearby are switched off.
   void start_from(const LevelSolver& coarse, const SubjectRegion& region) {
     const std::vector<char> wanted = coarse.worth_following(region);
+    beyond_.assign(planes_.size(), 0.0F);
     for_each_active([&](int x, int y, std::size_t i) {
       const int cx = std::min(x / 2, coarse.width_ - 1);
       const int cy = std::min(y / 2, coarse.height_ - 1);
       const std::size_t c = static_cast<std::size_t>(cy) * coarse.width_ + cx;
       if (wanted[c] == 0) {
         ranges_[i] = {};
+        beyond_[i] = coarse.known_beyond(region, cx, cy);
         return;
       }
       // Index x of this level is index (x - 0.5) / 2 of the smaller one.
@@ -140,8 +156,12 @@ class LevelSolver {
   }
 
   void start_from(const StereoDepth& map) {
+    beyond_.assign(planes_.size(), 0.0F);
+    for (std::size_t i = 0; i < beyond_.size(); ++i) {
+      if (map.state[i] == PixelState::beyond) beyond_[i] = map.depth[i];
+    }
     for_each_active([&](int x, int y, std::size_t i) {
-      if (map.depth[i] <= 0) {
+      if (map.state[i] != PixelState::surface) {
         ranges_[i] = {};
         return;
       }
@@ -160,11 +180,15 @@ class LevelSolver {
   }
 
   StereoDepth result() const {
-    StereoDepth map{width_, height_, {}, {}, {}};
-    map.depth.assign(planes_.size(), 0.0F);
-    map.normal.assign(planes_.size(), Vector3f::Zero());
-    map.cost.assign(planes_.size(), worst_cost);
+    StereoDepth map = nothing_known(view_);
+    for (std::size_t i = 0; i < beyond_.size(); ++i) {
+      if (beyond_[i] > 0) {
+        map.state[i] = PixelState::beyond;
+        map.depth[i] = beyond_[i];
+      }
+    }
     for_each_active([&](int x, int y, std::size_t i) {
+      map.state[i] = PixelState::surface;
       map.depth[i] = 1.0F / planes_[i].inverse;
       map.normal[i] = normal_of(planes_[i], x, y);
       map.cost[i] = costs_[i];
@@ -189,12 +213,11 @@ class LevelSolver {
 
   void find_ranges(const SubjectRegion& region) {
     ranges_.assign(static_cast<std::size_t>(width_) * height_, {});
-    const Pose world_from_cam = view_.cam_from_world.inverse();
     for (int y = 0; y < height_; ++y) {
       for (int x = 0; x < width_; ++x) {
         // The ray has depth 1 in camera coordinates, so t is depth.
         const auto hit =
-            intersect(region, world_from_cam.translation, world_from_cam.rotation * ray(x, y).cast<double>());
+            intersect(region, world_from_cam_.translation, world_from_cam_.rotation * ray(x, y).cast<double>());
         if (!hit || hit->far < 1e-3) continue;
         const float near = std::max(static_cast<float>(hit->near), 0.02F * static_cast<float>(hit->far));
         ranges_[static_cast<std::size_t>(y) * width_ + x] = {
@@ -243,34 +266,55 @@ class LevelSolver {
     int x, y;
     ReferencePatch patch;
     std::array<Vector3f, max_neighbours> base;
+    std::array<std::uint8_t, max_neighbours> sources;  // to compare with
+    std::size_t source_count;
   };
 
-  Site site_of(int x, int y) const {
-    Site site{x, y, reference_patch(image_, x, y, options_.patch), {}};
+  Site site_of(int x, int y, std::uint16_t chosen) const {
+    Site site{x, y, weights_.reference_patch(view_.levels[level_], x, y), {}, {}, 0};
     const Vector3f index(static_cast<float>(x), static_cast<float>(y), 1.0F);
-    for (std::size_t j = 0; j < sources_.size(); ++j) site.base[j] = sources_[j].from_reference * index;
+    for (std::size_t j = 0; j < sources_.size(); ++j) {
+      if ((chosen >> j & 1U) == 0) continue;
+      site.sources[site.source_count] = static_cast<std::uint8_t>(j);
+      site.base[site.source_count++] = sources_[j].from_reference * index;
+    }
     return site;
   }
 
-  float score(const Site& site, const Plane& plane) const {
-    std::array<float, max_neighbours> view_costs;
-    for (std::size_t j = 0; j < sources_.size(); ++j) {
-      const Source& source = sources_[j];
-      const Vector3f centre = site.base[j] + source.translation * plane.inverse;
-      const Vector3f along_x = source.from_reference.col(0) + source.translation * plane.slope_x;
-      const Vector3f along_y = source.from_reference.col(1) + source.translation * plane.slope_y;
-      const PatchMapping mapping{{centre.x(), centre.y(), centre.z()},
-                                 {along_x.x(), along_x.y(), along_x.z()},
-                                 {along_y.x(), along_y.y(), along_y.z()}};
-      view_costs[j] = matching_cost(site.patch, mapping, *source.image, options_.patch.noise);
-      if (source.map != nullptr) view_costs[j] += options_.consistency_weight * round_trip(site, source, centre);
-    }
-    const std::size_t best = std::min<std::size_t>(options_.best_views, sources_.size());
-    std::partial_sort(view_costs.begin(), view_costs.begin() + static_cast<std::ptrdiff_t>(best),
-                      view_costs.begin() + static_cast<std::ptrdiff_t>(sources_.size()));
+  // Cost of a plane in the n-th source of the site.
+  float source_cost(const Site& site, std::size_t n, const Plane& plane) const {
+    const Source& source = sources_[site.sources[n]];
+    const Vector3f centre = site.base[n] + source.translation * plane.inverse;
+    const Vector3f along_x = source.from_reference.col(0) + source.translation * plane.slope_x;
+    const Vector3f along_y = source.from_reference.col(1) + source.translation * plane.slope_y;
+    const PatchMapping mapping{{centre.x(), centre.y(), centre.z()},
+                               {along_x.x(), along_x.y(), along_x.z()},
+                               {along_y.x(), along_y.y(), along_y.z()}};
+    const float cost = matching_cost(site.patch, mapping, *source.image, options_.patch.noise);
+    if (source.map == nullptr) return cost;
+    return cost + options_.consistency_weight * round_trip(site, source, centre);
+  }
+
+  // Mean of the best sources' costs; stops early, with some larger value, once that cannot be below `limit`.
+  float score(const Site& site, const Plane& plane, float limit) const {
+    const std::size_t wanted = std::min<std::size_t>(options_.best_views, site.source_count);
+    std::array<float, max_neighbours> best;
+    const float limit_sum = limit * static_cast<float>(wanted);
     float sum = 0;
-    for (std::size_t j = 0; j < best; ++j) sum += view_costs[j];
-    return sum / static_cast<float>(best);
+    for (std::size_t n = 0; n < site.source_count; ++n) {
+      const float cost = source_cost(site, n, plane);
+      std::size_t at = std::min(n, wanted);
+      for (; at > 0 && best[at - 1] > cost; --at) {
+        if (at < wanted) best[at] = best[at - 1];
+      }
+      if (at < wanted) best[at] = cost;
+      // At least this many of those so far stay among the best, whatever the remaining ones cost.
+      const std::size_t remaining = site.source_count - n - 1;
+      sum = 0;
+      for (std::size_t k = 0; k + remaining < wanted; ++k) sum += best[k];
+      if (sum >= limit_sum) return worst_cost * 2;
+    }
+    return sum / static_cast<float>(wanted);
   }
 
   // Distance in pixels between the site and where the neighbour's depth there leads back to.
@@ -291,25 +335,48 @@ class LevelSolver {
     return std::min(std::sqrt(dx * dx + dy * dy), limit);
   }
 
+  // Costs of the present planes, and from them the sources each pixel is compared with from now on.
   void score_all() {
-    for_each_active([&](int x, int y, std::size_t i) { costs_[i] = score(site_of(x, y), planes_[i]); });
+    const auto all = static_cast<std::uint16_t>((1U << sources_.size()) - 1U);
+    for_each_active([&](int x, int y, std::size_t i) {
+      const Site site = site_of(x, y, all);
+      std::array<std::pair<float, std::size_t>, max_neighbours> ranked;
+      for (std::size_t n = 0; n < site.source_count; ++n) ranked[n] = {source_cost(site, n, planes_[i]), n};
+      std::sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(site.source_count));
+      const std::size_t wanted = std::min<std::size_t>(options_.best_views, site.source_count);
+      costs_[i] = 0;
+      for (std::size_t n = 0; n < wanted; ++n) costs_[i] += ranked[n].first / static_cast<float>(wanted);
+      if (level_is_smallest_) return;
+      chosen_[i] = 0;
+      const std::size_t compared = std::min(wanted + 1, site.source_count);
+      for (std::size_t n = 0; n < compared; ++n) chosen_[i] |= static_cast<std::uint16_t>(1U << ranked[n].second);
+    });
   }
 
   void try_plane(const Site& site, std::size_t i, const Plane& plane) {
     if (!admissible(plane, site.x, site.y)) return;
-    const float cost = score(site, plane);
+    const float cost = score(site, plane, costs_[i]);
     if (cost < costs_[i]) {
       costs_[i] = cost;
       planes_[i] = plane;
     }
   }
 
+  // True when two planes put the patch on the same place to a few hundredths of a pixel.
+  bool same(const Plane& a, const Plane& b) const {
+    const float tolerance = 0.03F * pixel_step_;
+    return std::abs(a.inverse - b.inverse) < tolerance && std::abs(a.slope_x - b.slope_x) < 0.3F * tolerance &&
+           std::abs(a.slope_y - b.slope_y) < 0.3F * tolerance;
+  }
+
   void improve(int x, int y, std::size_t i, int iteration, float reach) {
-    const Site site = site_of(x, y);
-    for (const auto& area : propagation_areas) {
+    const Site site = site_of(x, y, chosen_[i]);
+    // Planes have already come from afar at the smallest level.
+    const std::size_t areas = level_is_smallest_ ? propagation_areas.size() : propagation_areas.size() / 2;
+    for (std::size_t area = 0; area < areas; ++area) {
       float best = std::numeric_limits<float>::max();
       Plane candidate;
-      for (const auto [dx, dy] : area) {
+      for (const auto [dx, dy] : propagation_areas[area]) {
         const int nx = x + dx;
         const int ny = y + dy;
         if (nx < 0 || ny < 0 || nx >= width_ || ny >= height_) continue;
@@ -319,19 +386,29 @@ class LevelSolver {
         const Plane& p = planes_[n];
         candidate = {p.inverse_at(-dx, -dy), p.slope_x, p.slope_y};
       }
-      if (best < std::numeric_limits<float>::max()) try_plane(site, i, candidate);
+      if (best < std::numeric_limits<float>::max() && !same(candidate, planes_[i])) try_plane(site, i, candidate);
     }
     PixelRandom random(seed_, step_id(iteration), i);
     if (costs_[i] > 0.6F && reach >= 1.0F) try_plane(site, i, random_plane(x, y, random));
     const float tilt = 0.25F * std::min(reach, 1.0F);
-    for (int attempt = 0; attempt < 2; ++attempt) {
-      const float change = (attempt == 0 ? reach : 0.3F * reach) * pixel_step_ * random.symmetric();
+    for (const float share : {1.0F, 0.3F}) {
       const Plane& now = planes_[i];
-      Plane moved{now.inverse + change, now.slope_x, now.slope_y};
-      try_plane(site, i, moved);
-      const Vector3f normal = tilted(normal_of(planes_[i], x, y), attempt == 0 ? tilt : 0.3F * tilt, random);
+      try_plane(site, i, {now.inverse + share * reach * pixel_step_ * random.symmetric(), now.slope_x, now.slope_y});
+      const Vector3f normal = tilted(normal_of(planes_[i], x, y), share * tilt, random);
       if (normal.dot(ray(x, y)) < 0) try_plane(site, i, plane_from(x, y, planes_[i].inverse, normal));
     }
+  }
+
+  bool is_inside(const SubjectRegion& region, int x, int y, float inverse) const {
+    return region.contains(world_from_cam_ * (ray(x, y) / inverse).cast<double>());
+  }
+
+  // Depth of a pixel that matches well outside the region, or that an even smaller level knew; else 0.
+  float known_beyond(const SubjectRegion& region, int x, int y) const {
+    const std::size_t i = static_cast<std::size_t>(y) * width_ + x;
+    if (ranges_[i].most <= 0) return beyond_.empty() ? 0.0F : beyond_[i];
+    if (costs_[i] > options_.beyond_cost || is_inside(region, x, y, planes_[i].inverse)) return 0.0F;
+    return 1.0F / planes_[i].inverse;
   }
 
   // Pixels whose plane lies in the region (or nearly) and matches, and those around them.
@@ -339,11 +416,10 @@ class LevelSolver {
     constexpr int margin = 3;
     const Eigen::Vector3d slack = 0.02 * (region.max - region.min);
     const SubjectRegion wide{region.min - slack, region.max + slack};
-    const Pose world_from_cam = view_.cam_from_world.inverse();
     std::vector<char> wanted(planes_.size(), 0);
     for_each_active([&](int x, int y, std::size_t i) {
       if (costs_[i] > options_.keep_cost) return;
-      if (!wide.contains(world_from_cam * (ray(x, y) / planes_[i].inverse).cast<double>())) return;
+      if (!is_inside(wide, x, y, planes_[i].inverse)) return;
       for (int ny = std::max(y - margin, 0); ny <= std::min(y + margin, height_ - 1); ++ny) {
         for (int nx = std::max(x - margin, 0); nx <= std::min(x + margin, width_ - 1); ++nx) {
           wanted[static_cast<std::size_t>(ny) * width_ + nx] = 1;
@@ -371,10 +447,13 @@ class LevelSolver {
   const StereoView& view_;
   const QuadImage& image_;
   const PatchMatchOptions& options_;
+  PatchWeights weights_;
   std::uint64_t seed_;
   int level_;
+  bool level_is_smallest_;
   int width_;
   int height_;
+  Pose world_from_cam_;
   Matrix3f k_;
   Matrix3f k_inverse_;
   std::vector<Source> sources_;
@@ -382,13 +461,9 @@ class LevelSolver {
   std::vector<Range> ranges_;
   std::vector<Plane> planes_;
   std::vector<float> costs_;
+  std::vector<float> beyond_;          // depth known from smaller levels where it lies outside the region
+  std::vector<std::uint16_t> chosen_;  // bit j: the pixel is compared with sources_[j]
 };
-
-StereoDepth nothing_known(const StereoView& view) {
-  const std::size_t size = static_cast<std::size_t>(view.width()) * view.height();
-  return {view.width(), view.height(), std::vector<float>(size, 0.0F), std::vector<Vector3f>(size, Vector3f::Zero()),
-          std::vector<float>(size, worst_cost)};
-}
 
 }  // namespace
 

@@ -12,11 +12,19 @@
 
 namespace gyre {
 
-// What is known of each pixel of a view at its working size, row major.
+// What is known of a pixel.
+enum class PixelState : std::uint8_t {
+  unknown,
+  beyond,   // matched at a smaller pyramid level, outside the region: depth only
+  surface,  // depth, normal and cost
+};
+
+// Depth of each pixel of a view at its working size, row major.
 struct StereoDepth {
   int width = 0;
   int height = 0;
-  std::vector<float> depth;             // metres along the optical axis; 0: nothing known
+  std::vector<PixelState> state;
+  std::vector<float> depth;             // metres along the optical axis; 0 for unknown
   std::vector<Eigen::Vector3f> normal;  // unit, in camera coordinates, towards the camera
   std::vector<float> cost;              // matching cost, 0 best
 
@@ -24,7 +32,7 @@ struct StereoDepth {
 };
 
 // More neighbours of a view than this are not looked at.
-inline constexpr int max_neighbours = 16;
+inline constexpr int max_neighbours = 12;
 
 struct PatchMatchOptions {
   int coarse_iterations = 5;      // at the smallest level, from random planes
@@ -32,7 +40,8 @@ struct PatchMatchOptions {
   int best_views = 3;             // a hypothesis is judged by the mean cost of this many of its views
   float background_reach = 3.0F;  // planes are sought this many times as far as the box's far end, so that background
                                   // finds its own depth instead of a wrong one inside the box
-  float keep_cost = 0.9F;         // a coarse pixel worse than this is not followed to the larger level
+  float keep_cost = 0.75F;        // a coarse pixel worse than this is not followed to the larger level
+  float beyond_cost = 0.5F;       // and one outside the region is remembered as beyond when it is better than this
   float consistency_weight = 0.15F;  // cost of a pixel of forward-backward reprojection error (geometric pass)
   float consistency_limit = 3.0F;    // pixels at which that error saturates
   PatchOptions patch;

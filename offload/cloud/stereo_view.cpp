@@ -103,8 +103,8 @@ StereoView make_stereo_view(std::string name, const cv::Mat& picture, const Came
       for (int tap = 0; tap < taps * taps; ++tap) {
         const double u = x + (tap % taps + 0.5) / taps;
         const double v = y + (tap / taps + 0.5) / taps;
-        sum += sample_bilinear(picture, camera.pixel_from_normalised(Eigen::Vector2d((u - target.cx) / target.fx,
-                                                                                     (v - target.cy) / target.fy)));
+        sum += sample_bilinear(picture, camera.pixel_from_normalised(
+                                            Eigen::Vector2d((u - target.cx) / target.fx, (v - target.cy) / target.fy)));
       }
       auto& bgr = resampled.at<cv::Vec3b>(y, x);
       for (int c = 0; c < 3; ++c) {

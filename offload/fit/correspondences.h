@@ -25,7 +25,7 @@ struct Match {
   Eigen::Vector3d weights = Eigen::Vector3d::Zero();  // barycentric
   Eigen::Vector3d target = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // of the surface at that point, unit
-  double offset = 0.0;     // metres the target lies outside of the surface
+  double offset = 0.0;                               // metres the target lies outside of the surface
   double weight = 1.0;
 };
 

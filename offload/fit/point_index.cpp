@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/fit/point_index.h"
 
-#include <opencv2/flann/dist.h>
-#include <opencv2/flann/kdtree_single_index.h>
 #include <cassert>
 #include <cmath>
+#include <opencv2/flann.hpp>
 
 namespace gyre {
 

@@ -45,8 +45,9 @@ class Report {
 // Frames the truth calls blurred or defocused.
 std::vector<bool> unsharp_frames(const fs::path& truth) {
   std::ifstream file(truth);
+  const nlohmann::json json = nlohmann::json::parse(file);
   std::vector<bool> unsharp;
-  for (const nlohmann::json& frame : nlohmann::json::parse(file).at("frames")) {
+  for (const nlohmann::json& frame : json.at("frames")) {
     unsharp.push_back(frame.at("blurred").get<bool>() || frame.at("defocused").get<bool>());
   }
   return unsharp;

@@ -163,6 +163,7 @@ Capture make_capture(const CaptureOptions& options) {
   camera.k2 = 0.01;
   SubjectOptions subject;
   subject.stature = options.stature;
+  subject.cell = options.cell;
   subject.seed = options.seed;
   capture.subject = make_subject(subject);
   capture.room = make_room(options.seed);

@@ -31,6 +31,7 @@ struct CaptureOptions {
   bool stop = true;              // the operator stops once
   bool rush = true;              // and hurries once; those frames are blurred by motion
   int samples = 1;               // a pixel's side, in rays: 2 smooths edges and takes four times as long
+  double cell = 0.012;           // size of the subject's mesh cells, metres
   std::uint64_t seed = 1;
 };
 

@@ -19,6 +19,7 @@ CaptureOptions small_options() {
   options.width = 144;
   options.height = 256;
   options.frames = 60;
+  options.cell = 0.02;
   return options;
 }
 
@@ -208,7 +209,9 @@ TEST(write_capture, video_truth_and_meshes_read_back) {
   const Capture capture = make_capture(options);
   const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "gyre_write_capture";
   std::filesystem::remove_all(folder);
-  const auto written = write_capture(capture, folder);
+  WriteOptions small;
+  small.texture_size = 1024;
+  const auto written = write_capture(capture, folder, small);
   ASSERT_TRUE(written) << written.error().message();
   cv::VideoCapture video((folder / "video.mp4").string());
   cv::Mat image;

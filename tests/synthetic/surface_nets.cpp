@@ -9,6 +9,8 @@ namespace gyre::synthetic {
 
 namespace {
 
+constexpr double steepest = 2.0;  // bound on the field's slope
+
 Eigen::Vector3d gradient(const ScalarField& field, const Eigen::Vector3d& p) {
   constexpr double step = 1e-4;
   Eigen::Vector3d g;
@@ -38,10 +40,22 @@ Grid sample(const ScalarField& field, const Eigen::AlignedBox3d& box, double cel
   grid.size = (box.sizes() / cell).array().ceil().cast<int>() + 1;
   grid.values.resize(static_cast<std::size_t>(grid.size.prod()));
   grid.vertex.assign(grid.values.size(), -1);
-  parallel_for(static_cast<std::size_t>(grid.size.z()), 0, [&](std::size_t plane) {
-    const int z = static_cast<int>(plane);
-    for (int y = 0; y < grid.size.y(); ++y)
-      for (int x = 0; x < grid.size.x(); ++x) grid.values[grid.index(x, y, z)] = field(grid.position(x, y, z));
+  // Blocks that the surface cannot reach take the value of their middle: only signs matter there.
+  constexpr int block = 5;
+  const double reach = steepest * 0.5 * std::sqrt(3.0) * (block + 1) * cell;
+  const int blocks_z = (grid.size.z() + block - 1) / block;
+  parallel_for(static_cast<std::size_t>(blocks_z), 0, [&](std::size_t layer) {
+    const int z0 = static_cast<int>(layer) * block, z1 = std::min(z0 + block, grid.size.z());
+    for (int y0 = 0; y0 < grid.size.y(); y0 += block)
+      for (int x0 = 0; x0 < grid.size.x(); x0 += block) {
+        const int y1 = std::min(y0 + block, grid.size.y()), x1 = std::min(x0 + block, grid.size.x());
+        const double middle = field(0.5 * (grid.position(x0, y0, z0) + grid.position(x1 - 1, y1 - 1, z1 - 1)));
+        const bool far = std::abs(middle) > reach;
+        for (int z = z0; z < z1; ++z)
+          for (int y = y0; y < y1; ++y)
+            for (int x = x0; x < x1; ++x)
+              grid.values[grid.index(x, y, z)] = far ? middle : field(grid.position(x, y, z));
+      }
   });
   return grid;
 }

@@ -13,7 +13,8 @@ using ScalarField = std::function<double(const Eigen::Vector3d&)>;
 
 // Naive surface nets (Gibson, "Constrained elastic surface nets", MICCAI 1998) on a grid of `cell` metres over `box`:
 // one vertex in every cell the surface crosses, then moved onto the surface by Newton steps along the gradient. `field`
-// is negative inside and must be positive on the box's border; normals come from its gradient.
+// is negative inside, changes by at most 2 a metre and must be positive on the box's border; normals come from its
+// gradient.
 TriangleMesh polygonise(const ScalarField& field, const Eigen::AlignedBox3d& box, double cell);
 
 }  // namespace gyre::synthetic

@@ -163,7 +163,7 @@ Result<void> write_capture(const Capture& capture, const std::filesystem::path& 
   if (failed) return fail("cannot create folder", folder.string(), failed.message());
 
   TriangleMesh mesh = subject_at(capture, 0);
-  const cv::Mat atlas = bake_atlas(capture, mesh, 2048);
+  const cv::Mat atlas = bake_atlas(capture, mesh, options.texture_size);
   const auto write_texts = [&]() -> Result<void> {
     return write_file(folder / "truth.json", truth_json(capture).dump(1))
         .and_then([&] { return write_file(folder / "joints.json", joints_json(capture).dump(1)); })

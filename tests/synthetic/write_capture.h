@@ -18,7 +18,8 @@ enum class PictureFormat {
 struct WriteOptions {
   PictureFormat pictures = PictureFormat::video;
   int jpeg_quality = 95;
-  int threads = 0;  // 0: all cores
+  int texture_size = 2048;  // pixels
+  int threads = 0;          // 0: all cores
 };
 
 // What truth.json and joints.json hold.

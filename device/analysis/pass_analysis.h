@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is measured and decided on the frames of one pass while it is recorded.
+#pragma once
+
+#include "common/selection/ingest.h"
+#include "common/selection/measure.h"
+#include "common/selection/streaming.h"
+#include "device/camera/camera_device.h"
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gyre {
+
+// Keeps the numbers of every frame and the pictures of the last few. Belongs to one thread.
+class PassAnalysis {
+ public:
+  PassAnalysis(const std::string& pass, const CameraInfo& camera);
+
+  // Measures the next frame. Returns the frame that should be sent now, if any: this one or one a little older.
+  std::optional<Frame> add(Frame frame);
+
+  // The exact selection over all frames. Errors: those of select_keyframes and keep_all.
+  Result<Selection> finish() const;
+
+  const std::vector<MeasuredFrame>& frames() const { return frames_; }
+
+ private:
+  bool photographs_;
+  FrameMeter meter_;
+  StreamingSelector selector_;
+  std::vector<MeasuredFrame> frames_;
+  std::deque<Frame> recent_;  // the newest last
+};
+
+}  // namespace gyre

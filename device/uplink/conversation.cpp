@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "device/uplink/conversation.h"
+
+#include "common/wire/link_socket.h"
+
+#include <algorithm>
+#include <array>
+#include <spdlog/spdlog.h>
+#include <variant>
+#include <zmq.hpp>
+
+namespace gyre {
+
+namespace {
+
+constexpr std::chrono::milliseconds longest_poll{500};
+constexpr int messages_between_polls = 32;
+
+Ending refused(const std::string& text) { return {Ending::Kind::refused, text}; }
+
+}  // namespace
+
+// What each message of the host leads to; an error ends the conversation.
+struct Conversation::Handler {
+  Conversation& it;
+
+  Result<void> operator()(const wire::Welcome&) const {
+    it.greeted_ = true;
+    spdlog::info("connected to {}", it.options_.host);
+    it.events_.connected();
+    return {};
+  }
+  Result<void> operator()(const wire::Credit& m) const {
+    it.upload_.on(m);
+    return {};
+  }
+  Result<void> operator()(const wire::ScanState& m) const {
+    const Result<void> done = it.upload_.on(m);
+    if (m.phase == wire::ScanPhase::refused) it.events_.scan_refused(m.scan, m.text);
+    it.events_.changed();
+    return done;
+  }
+  Result<void> operator()(const wire::FileAck& m) const {
+    const Result<void> done = it.upload_.on(m);
+    it.events_.changed();
+    return done;
+  }
+  Result<void> operator()(const wire::FileResume& m) const { return it.upload_.on(m); }
+  Result<void> operator()(const wire::StageProgress& m) const {
+    it.events_.progress(m);
+    return {};
+  }
+  Result<void> operator()(const wire::ResultOffer& m) const { return it.on_offer(m); }
+  Result<void> operator()(const wire::ResultChunk& m) const { return it.on_chunk(m); }
+  template <class Other>
+  Result<void> operator()(const Other& /*Pong, or nothing a host should say*/) const {
+    return {};
+  }
+};
+
+Conversation::Conversation(zmq::context_t& context, const UplinkOptions& options, Spool& spool, ConversationEvents events)
+    : options_(options),
+      spool_(spool),
+      events_(std::move(events)),
+      socket_(std::make_unique<zmq::socket_t>(context, zmq::socket_type::dealer)),
+      upload_(spool) {
+  configure_device_socket(*socket_, options.keys, options.host_public_key);
+  monitor_ = std::make_unique<ConnectionMonitor>(context, *socket_);
+}
+
+Ending Conversation::hold(Wakeup& wakeup, const std::atomic<bool>& stop) {
+  started_ = last_heard_ = last_ping_ = Clock::now();
+  try {
+    socket_->connect(options_.host);
+    if (Result<void> sent = send(wire::Hello{wire::protocol_major, wire::protocol_minor, options_.device_name}); !sent) {
+      return unreachable(sent.error().message());
+    }
+    return converse(wakeup, stop);
+  } catch (const zmq::error_t& error) {
+    return unreachable(error.what());
+  }
+}
+
+Ending Conversation::converse(Wakeup& wakeup, const std::atomic<bool>& stop) {
+  while (!stop) {
+    std::array<zmq::pollitem_t, 3> items = {{{socket_->handle(), 0, ZMQ_POLLIN, 0},
+                                             {monitor_->events().handle(), 0, ZMQ_POLLIN, 0},
+                                             {nullptr, wakeup.descriptor(), ZMQ_POLLIN, 0}}};
+    const auto patience = more_to_write_ ? std::chrono::milliseconds(0) : std::min(longest_poll, options_.ping_interval);
+    zmq::poll(items.data(), items.size(), patience);
+    if (items[2].revents != 0) {
+      wakeup.clear();
+      upload_.refresh();
+    }
+    if (std::optional<Ending> ending = exchange()) return *ending;
+  }
+  return {Ending::Kind::stopped, ""};
+}
+
+std::optional<Ending> Conversation::exchange() {
+  // Messages first: the host's reason for hanging up arrives before the event that it did.
+  if (std::optional<Ending> ending = read_messages()) return ending;
+  if (std::optional<Ending> ending = read_events()) return ending;
+  if (std::optional<Ending> ending = write_messages()) return ending;
+  return check_time();
+}
+
+std::optional<Ending> Conversation::read_events() {
+  while (const std::optional<ConnectionEvent> event = monitor_->next()) {
+    switch (*event) {
+      case ConnectionEvent::connected: break;
+      case ConnectionEvent::secured: secured_ = true; break;
+      case ConnectionEvent::unknown_key:
+        return refused("the host does not know this device: pair it; this device's key is " + options_.keys.public_key);
+      case ConnectionEvent::lost:
+        return unreachable(secured_ ? "the connection was lost"
+                                    : "nobody answers there, or its key is not the one this device was paired with");
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Ending> Conversation::read_messages() {
+  zmq::message_t body;
+  for (int i = 0; i < messages_between_polls && socket_->recv(body, zmq::recv_flags::dontwait); ++i) {
+    last_heard_ = Clock::now();
+    Result<wire::Message> message = wire::decode(body.to_string_view());
+    if (!message) return refused("the host does not speak our protocol: " + message.error().message());
+    if (const auto* no = std::get_if<wire::Refused>(&*message)) {
+      return no->permanent ? refused("the host refuses: " + no->reason) : Ending{Ending::Kind::again, no->reason};
+    }
+    const Result<void> done = std::visit(Handler{*this}, *message);
+    if (!done) return refused(done.error().message());
+  }
+  return std::nullopt;
+}
+
+std::optional<Ending> Conversation::write_messages() {
+  more_to_write_ = false;
+  for (int i = 0; greeted_ && i < messages_between_polls; ++i) {
+    Result<std::optional<wire::Message>> message = upload_.next();
+    if (!message) return refused(message.error().message());
+    if (!*message) return std::nullopt;
+    if (Result<void> sent = send(std::move(**message)); !sent) return unreachable(sent.error().message());
+  }
+  more_to_write_ = greeted_;
+  return std::nullopt;
+}
+
+std::optional<Ending> Conversation::check_time() {
+  const Clock::time_point now = Clock::now();
+  if (!greeted_) {
+    if (now - started_ < options_.hello_timeout) return std::nullopt;
+    return unreachable(secured_ ? "the host does not answer" : "no connection in time");
+  }
+  if (now - last_heard_ > options_.silence_timeout) return unreachable("the host has gone silent");
+  if (now - std::max(last_heard_, last_ping_) < options_.ping_interval) return std::nullopt;
+  last_ping_ = now;
+  if (Result<void> sent = send(wire::Ping{}); !sent) return unreachable(sent.error().message());
+  return std::nullopt;
+}
+
+Result<void> Conversation::on_offer(const wire::ResultOffer& offer) {
+  const std::optional<SpoolPhase> phase = spool_.phase(offer.scan);
+  if (!phase || *phase == SpoolPhase::recording || *phase == SpoolPhase::delivered) return {};
+  if (Result<void> done = spool_.acknowledge_scan(offer.scan); !done) return done;
+  downloads_.remove_if([&](const Download& download) { return download.scan() == offer.scan; });
+  Download& download = downloads_.emplace_back(spool_, offer);
+  const Result<void> started = download.start([this](wire::Message message) { return send(std::move(message)); });
+  events_.changed();
+  return started;
+}
+
+Result<void> Conversation::on_chunk(const wire::ResultChunk& chunk) {
+  const auto download = std::find_if(downloads_.begin(), downloads_.end(),
+                                     [&](const Download& candidate) { return candidate.scan() == chunk.scan; });
+  if (download == downloads_.end()) return {};
+  Result<void> done = download->on(chunk, [this](wire::Message message) { return send(std::move(message)); });
+  if (!done || !download->finished()) return done;
+  downloads_.erase(download);
+  events_.changed();
+  return {};
+}
+
+Result<void> Conversation::send(wire::Message message) {
+  // Credit bounds what waits here, so a full queue means that the connection is as good as dead.
+  if (socket_->send(zmq::buffer(wire::encode(std::move(message))), zmq::send_flags::dontwait)) return {};
+  return fail("the connection does not move", options_.host);
+}
+
+Ending Conversation::unreachable(const std::string& why) const {
+  return {Ending::Kind::unreachable, "host " + options_.host + " is not reachable: " + why};
+}
+
+}  // namespace gyre

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// glTF 2.0 binary files of an avatar, with the choices that every importer reads alike.
+#pragma once
+
+#include "offload/avatar/avatar.h"
+
+#include <cstddef>
+#include <vector>
+
+namespace gyre {
+
+// The bytes of a GLB: one skinned mesh with one primitive at the scene's root, one set of joints with float weights,
+// dense morph targets with normals, their names in mesh.extras.targetNames, the texture embedded, and no animation,
+// camera, tangents, sparse accessor or extension. Equal avatars give equal bytes.
+std::vector<std::byte> write_glb(const Avatar& avatar);
+
+}  // namespace gyre

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/cameras/cameras_stage.h"
+
+#include "common/bundle/atomic_file.h"
+#include "common/geometry/colmap_model.h"
+#include "common/parallel/parallel.h"
+#include "offload/cameras/correspondence.h"
+#include "offload/cameras/reconstruction.h"
+#include "offload/cameras/world_frame.h"
+
+#include <atomic>
+#include <opencv2/core.hpp>
+
+namespace gyre {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr double assumed_height_mm = 1700.0;
+constexpr std::size_t min_pictures = 3;
+constexpr std::size_t min_keypoints = 50;      // of the median picture
+constexpr double min_registered_share = 0.5;   // fewer are not one model but a fragment
+constexpr double wanted_registered_share = 0.9;
+
+// Shares of the stage's time after which a step ends, for progress.
+constexpr double features_end = 0.2;
+constexpr double matching_end = 0.55;
+constexpr double reconstruction_end = 0.97;
+
+Progress part_of(const Progress& whole, double begin, double end) {
+  return [=](double fraction, std::string_view what) { whole(begin + (end - begin) * fraction, what); };
+}
+
+struct Pictures {
+  std::vector<FrameId> ids;
+  std::vector<Features> features;
+  std::vector<int> pass_of;  // index into `passes`
+  std::vector<std::string> passes;
+};
+
+Result<Pictures> read_pictures(const StageContext& context, const FeatureOptions& options, const Progress& progress) {
+  Result<std::vector<FrameId>> ids = list_frames(context.bundle);
+  if (!ids) return tl::unexpected<Error>(ids.error());
+  Pictures pictures;
+  pictures.ids = std::move(*ids);
+  const std::size_t count = pictures.ids.size();
+  if (count < min_pictures)
+    return fail("too few pictures (" + std::to_string(count) + ") to find cameras", context.bundle.frames().string(),
+                "record at least one full walk around the subject");
+  pictures.features.resize(count);
+  std::vector<std::optional<Error>> errors(count);
+  const std::size_t at_once = 8;
+  for (std::size_t begin = 0; begin < count; begin += at_once) {
+    progress(static_cast<double>(begin) / static_cast<double>(count), "finding features");
+    parallel_for(std::min(at_once, count - begin), context.threads, [&](std::size_t k) {
+      const std::size_t i = begin + k;
+      const FrameId& id = pictures.ids[i];
+      const Result<cv::Mat> picture = read_upright(context.bundle.frame(id.pass, id.index));
+      if (picture) {
+        pictures.features[i] = detect_features(*picture, options);
+      } else {
+        errors[i] = picture.error();
+      }
+    });
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (errors[i]) return tl::unexpected<Error>(*errors[i]);
+    const std::string& pass = pictures.ids[i].pass;
+    auto known = std::find(pictures.passes.begin(), pictures.passes.end(), pass);
+    if (known == pictures.passes.end()) known = pictures.passes.insert(known, pass);
+    pictures.pass_of.push_back(static_cast<int>(known - pictures.passes.begin()));
+  }
+  return pictures;
+}
+
+Result<void> check(const Pictures& pictures) {
+  std::map<int, std::pair<int, int>> size_of_pass;
+  std::vector<std::size_t> counts;
+  for (std::size_t i = 0; i < pictures.ids.size(); ++i) {
+    const Features& features = pictures.features[i];
+    const std::pair<int, int> size{features.width, features.height};
+    if (size_of_pass.try_emplace(pictures.pass_of[i], size).first->second != size)
+      return fail("pictures of pass " + pictures.ids[i].pass + " differ in size",
+                  frame_name(pictures.ids[i].pass, pictures.ids[i].index),
+                  "give pictures of one camera, all in the same orientation and resolution");
+    counts.push_back(features.keypoints.size());
+  }
+  std::nth_element(counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2), counts.end());
+  if (counts[counts.size() / 2] < min_keypoints)
+    return fail("no texture in the pictures: hardly any features to recognise", "",
+                "more light, a sharper focus, or a patterned background and patterned clothes");
+  return {};
+}
+
+// Pictures of equal size share a camera: the passes were taken with one device.
+Scene scene_of(const Pictures& pictures, const std::optional<Camera>& calibrated) {
+  Scene scene;
+  std::vector<int> next_order(pictures.passes.size(), 0);
+  for (std::size_t i = 0; i < pictures.ids.size(); ++i) {
+    const Features& features = pictures.features[i];
+    View view;
+    view.pass = pictures.pass_of[i];
+    view.order = next_order[static_cast<std::size_t>(view.pass)]++;
+    view.keypoints = features.keypoints;
+    const auto same_size = std::find_if(scene.cameras.begin(), scene.cameras.end(), [&](const Camera& c) {
+      return c.width == features.width && c.height == features.height;
+    });
+    view.camera = static_cast<int>(same_size - scene.cameras.begin());
+    if (same_size == scene.cameras.end()) {
+      Camera camera = calibrated.value_or(Camera{});
+      camera.width = features.width;
+      camera.height = features.height;
+      scene.cameras.push_back(camera);
+    }
+    scene.views.push_back(std::move(view));
+  }
+  return scene;
+}
+
+// A calibration holds for pictures of its own size only.
+bool is_calibrated(const Pictures& pictures, const std::optional<Camera>& camera) {
+  return camera && std::all_of(pictures.features.begin(), pictures.features.end(), [&](const Features& f) {
+    return f.width == camera->width && f.height == camera->height;
+  });
+}
+
+ColmapModel model_of(const Scene& scene, const Pictures& pictures) {
+  ColmapModel model;
+  for (std::size_t c = 0; c < scene.cameras.size(); ++c) model.cameras[static_cast<int>(c) + 1] = scene.cameras[c];
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    const View& view = scene.views[v];
+    if (!view.registered) continue;
+    ModelImage& image = model.images[static_cast<int>(v) + 1];
+    image.name = frame_name(pictures.ids[v].pass, pictures.ids[v].index);
+    image.camera_id = view.camera + 1;
+    image.cam_from_world = view.cam_from_world;
+    for (const Eigen::Vector2d& keypoint : view.keypoints) image.observations.push_back({keypoint, -1});
+  }
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+    const Track& track = scene.tracks[t];
+    if (!track.triangulated) continue;
+    const auto id = static_cast<std::int64_t>(t) + 1;
+    ModelPoint point;
+    point.position = track.point;
+    std::array<double, 3> colour{};
+    for (const Observation& o : track.observations) {
+      if (!o.used) continue;
+      const auto view = static_cast<std::size_t>(o.view), keypoint = static_cast<std::size_t>(o.keypoint);
+      point.error += reprojection_error(scene, o, track.point);
+      for (std::size_t i = 0; i < 3; ++i) colour[i] += pictures.features[view].colours[keypoint][i];
+      point.track.emplace_back(o.view + 1, o.keypoint);
+      model.images.at(o.view + 1).observations[keypoint].point_id = id;
+    }
+    const auto count = static_cast<double>(point.track.size());
+    point.error /= count;
+    for (std::size_t i = 0; i < 3; ++i) point.rgb[i] = static_cast<std::uint8_t>(std::lround(colour[i] / count));
+    model.points[id] = std::move(point);
+  }
+  return model;
+}
+
+// The stature the scale rests on, metres, and where it is from.
+struct Height {
+  double metres = 0.0;
+  bool assumed = false;
+};
+
+Result<Height> height_of(const StageContext& context, const Scan& scan) {
+  const double option = context.options.value("height_mm", 0.0);
+  const double given = option > 0 ? option : scan.height_mm.value_or(0.0);
+  if (given > 0) return Height{given / 1000, false};
+  if (option < 0) return wrong_use("height_mm must not be negative", std::to_string(option));
+  spdlog::warn("the subject's height is not given: {:.0f} mm is assumed and all lengths depend on it",
+               assumed_height_mm);
+  return Height{assumed_height_mm / 1000, true};
+}
+
+Result<json> run(const StageContext& context) {
+  const Result<Scan> scan = read_scan(context.bundle);
+  if (!scan) return tl::unexpected<Error>(scan.error());
+  const Result<Height> height = height_of(context, *scan);
+  if (!height) return tl::unexpected<Error>(height.error());
+  FeatureOptions feature_options;
+  feature_options.max_features = context.options.value("max_features", feature_options.max_features);
+  const Result<Pictures> pictures = read_pictures(context, feature_options, part_of(context.progress, 0, features_end));
+  if (!pictures) return tl::unexpected<Error>(pictures.error());
+  if (const Result<void> fine = check(*pictures); !fine) return tl::unexpected<Error>(fine.error());
+
+  CorrespondenceOptions correspondence;
+  correspondence.threads = context.threads;
+  // Photographs have no frame rate, and their order need not be the order of a walk.
+  correspondence.ordered = std::any_of(scan->passes.begin(), scan->passes.end(), [](const ScanPass& p) {
+    return p.fps > 0;
+  });
+  std::vector<ViewPair> pairs = find_correspondences(pictures->features, pictures->pass_of, correspondence,
+                                                     part_of(context.progress, features_end, matching_end));
+  const std::size_t pair_count = pairs.size();
+  ReconstructionOptions options;
+  options.threads = context.threads;
+  options.known_lens = is_calibrated(*pictures, scan->camera);
+  Scene scene = scene_of(*pictures, options.known_lens ? scan->camera : std::nullopt);
+  const Result<ReconstructionSummary> summary =
+      reconstruct(scene, std::move(pairs), options, part_of(context.progress, matching_end, reconstruction_end));
+  if (!summary) return tl::unexpected<Error>(summary.error());
+  const std::size_t total = pictures->ids.size();
+  const std::string share = std::to_string(summary->registered) + " of " + std::to_string(total);
+  if (summary->registered < min_registered_share * static_cast<double>(total))
+    return fail("only " + share + " pictures fit together to one scene", "",
+                "the subject and the room must stay as they are while the camera walks around: record again, slower "
+                "and with more overlap");
+  if (summary->registered < wanted_registered_share * static_cast<double>(total))
+    spdlog::warn("only {} pictures have found their camera", share);
+
+  context.progress(reconstruction_end, "finding floor and height");
+  const Result<WorldFrame> world = find_world(scene, height->metres);
+  if (!world) return tl::unexpected<Error>(world.error());
+  move_world(scene, world->world_from_model);
+  const auto corner = [](const Eigen::Vector3d& v) { return json::array({v.x(), v.y(), v.z()}); };
+  const json scene_file = {
+      {"scale_source", height->assumed ? "assumed-height" : "height"},
+      {"height_mm", 1000 * height->metres},
+      {"height_uncertainty_mm", 1000 * height->metres * world->height_uncertainty},
+      {"registered", summary->registered},
+      {"total", total},
+      {"floor_seen", world->has_floor},
+      {"ring_radius_m", world->ring_radius},
+      {"box", {{"min", corner(world->box.min())}, {"max", corner(world->box.max())}}}};
+  const ColmapModel model = model_of(scene, *pictures);
+  if (const auto written = write_colmap_model(model, context.out); !written)
+    return tl::unexpected<Error>(written.error());
+  if (const auto written = write_file(context.out / "scene.json", scene_file.dump(2)); !written)
+    return tl::unexpected<Error>(written.error());
+  return json{{"registered", summary->registered},
+              {"total", total},
+              {"pairs", pair_count},
+              {"rejected_pairs", summary->removed_pairs},
+              {"points", model.points.size()},
+              {"rms_px", summary->rms_error},
+              {"focal_px", scene.cameras.front().fx},
+              {"calibrated", options.known_lens}};
+}
+
+}  // namespace
+
+Stage cameras_stage() {
+  Stage stage;
+  stage.name = "cameras";
+  stage.inputs = {"scan.json", "frames"};
+  stage.options = {{"height_mm", 0.0}, {"max_features", FeatureOptions{}.max_features}};
+  stage.run = run;
+  return stage;
+}
+
+}  // namespace gyre

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pipeline stage `cameras`: keyframes in, cameras and sparse points in the world out.
+#pragma once
+
+#include "common/bundle/stage.h"
+
+namespace gyre {
+
+// In: scan.json, frames/. Out: cameras.txt, images.txt, points3D.txt (COLMAP text, image names as in frames/) and
+// scene.json. Options: height_mm, the subject's stature (0: as in scan.json, else 1700 is assumed); max_features per
+// picture. Errors: fewer than three pictures, pictures of mixed size in a pass, no texture, no consistent model.
+Stage cameras_stage();
+
+}  // namespace gyre

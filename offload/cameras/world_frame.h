@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the arbitrary frame of a reconstruction to the world: up, floor, axis through the subject, metres.
+#pragma once
+
+#include "common/geometry/pose.h"
+#include "common/result/result.h"
+#include "offload/cameras/scene.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace gyre {
+
+// Direction against gravity: orthogonal to the x axes of all cameras, which a photographer holds level, whatever their
+// pitch; the smallest principal component of those axes, re-weighted against a few tilted ones. Cameras that all look
+// the same way leave it to their mean -y. Unit length. Needs at least one pose.
+Eigen::Vector3d up_direction(std::span<const Pose> cam_from_world);
+
+// Point closest in least squares to all optical axes; nothing when they are parallel.
+std::optional<Eigen::Vector3d> point_of_interest(std::span<const Pose> cam_from_world);
+
+// Height of the lowest level at which many of the heights gather within `thickness` and hardly any lie below: a floor.
+// Nothing when there is no such level.
+std::optional<double> floor_level(std::vector<double> heights, double thickness);
+
+// Highest level of the connected column of heights that begins at `bottom`; a gap larger than `max_gap` ends it.
+// uncertainty: how much the few highest differ, the share of a lonely outlier in the result.
+struct ColumnTop {
+  double height = 0.0;
+  double uncertainty = 0.0;
+};
+std::optional<ColumnTop> column_top(std::vector<double> heights, double bottom, double max_gap);
+
+struct WorldFrame {
+  Similarity world_from_model;
+  Eigen::AlignedBox3d box;          // encloses the subject, world, metres
+  double ring_radius = 0.0;         // median horizontal distance of the cameras from the axis, metres
+  double height_uncertainty = 0.0;  // of the subject's height and so of the scale, as a share
+  bool has_floor = false;
+};
+
+// World of a reconstruction (the conventions of design.md section 5, the yaw left as it is): up from the cameras, then
+// from the floor where one is seen; the vertical axis through the point of interest; the scale such that the subject,
+// which is what stands around the axis, is `height` metres tall. Error when nothing stands there.
+Result<WorldFrame> find_world(const Scene& scene, double height);
+
+// Moves poses and points of the scene.
+void move_world(Scene& scene, const Similarity& new_from_old);
+
+}  // namespace gyre

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// The figures of `gyre-offload evaluate`: a reconstructed bundle against the truth of its capture.
+#pragma once
+
+#include "common/bundle/bundle.h"
+#include "common/log/log.h"
+#include "common/result/result.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+
+namespace gyre {
+
+struct EvaluateOptions {
+  std::filesystem::path template_file;   // empty: searched for, see find_template
+  std::size_t surface_samples = 100000;  // points that stand for the true surface
+  int threads = 0;                       // 0: all cores
+  std::uint64_t seed = 1;
+  Progress progress = [](double, std::string_view) {};
+};
+
+// Compares the bundle with the truth in `truth_folder` (a subject's folder, see read_truth). The answer holds, in mm
+// and degrees:
+//   registered   share of the keyframes that got a pose, per pass too
+//   cameras      centre error after the similarity over the camera centres, rotation error, and that scale
+//   cloud        accuracy (cloud to true surface) and completeness (true surface to cloud), after the cameras'
+//   similarity surface      both ways in the captured pose, after rigid alignment with and without scale: the whole
+//   true surface to
+//                the fitted one; fitted vertices that at least one true camera sees to the true surface
+//   joints       distance of equally named joints, after the rigid alignment without scale
+//   views        CIELAB (D65, sRGB linearised) root mean square error of re-rendered keyframes inside both silhouettes
+// A part the bundle does not have is null, with its reason under "missing". Errors only for an unreadable bundle or
+// truth.
+Result<nlohmann::json> evaluate(const Bundle& bundle, const std::filesystem::path& truth_folder,
+                                const EvaluateOptions& options = {});
+
+}  // namespace gyre
