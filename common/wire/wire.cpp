@@ -304,7 +304,7 @@ bool is_bundle_file(std::string_view name) {
   if (name.size() > max_name_bytes || !name.starts_with(folder)) return false;
   name.remove_prefix(folder.size());
   const std::optional<FrameId> id = parse_frame_name(name);
-  return id && frame_name(id->pass, id->index) == name;
+  return id && id->index >= 0 && frame_name(id->pass, id->index) == name;
 }
 
 bool is_result_file(std::string_view name) {

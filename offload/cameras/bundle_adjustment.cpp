@@ -16,8 +16,8 @@ constexpr double prior_principal = 0.01;
 constexpr double prior_k1 = 0.3;
 constexpr double prior_k2 = 0.3;
 constexpr double prior_tangential = 0.003;
-// Keypoints of one view share errors of the lens model, of the subject and of the detector, so that hundreds say no more
-// about the lens than this many independent ones.
+// Keypoints of one view share errors of the lens model, of the subject and of the detector, so that hundreds say no
+// more about the lens than this many independent ones.
 constexpr double independent_keypoints_per_view = 20.0;
 
 Eigen::Quaterniond exponential(const Eigen::Vector3d& w) {
@@ -27,25 +27,34 @@ Eigen::Quaterniond exponential(const Eigen::Vector3d& w) {
 }
 
 // Poses change by x -> exp(w) R x + t + v. The reprojection cost writes derivatives by (w, v) directly into the first
-// six columns of its block, and PlusJacobian hands them through.
+// six columns of its block, and PlusJacobian hands them through. One component of the translation may be held, to fix
+// the scale of the world.
 class PoseManifold final : public ceres::Manifold {
  public:
+  explicit PoseManifold(std::optional<int> held = std::nullopt) : held_(held) {}
+
   int AmbientSize() const override { return 7; }
-  int TangentSize() const override { return 6; }
+  int TangentSize() const override { return held_ ? 5 : 6; }
   bool Plus(const double* x, const double* delta, double* result) const override {
     const Eigen::Quaterniond rotation(x);
     Eigen::Map<Eigen::Quaterniond> moved(result);
     moved = (exponential(Eigen::Vector3d(delta)) * rotation).normalized();
-    for (int i = 0; i < 3; ++i) result[4 + i] = x[4 + i] + delta[3 + i];
+    const double* shift = delta + 3;
+    for (int i = 0; i < 3; ++i) result[4 + i] = x[4 + i] + (held_ == i ? 0.0 : *shift++);
     return true;
   }
   bool PlusJacobian(const double*, double* jacobian) const override {
-    Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>> j(jacobian);
-    j.setIdentity();
+    Eigen::Map<Eigen::Matrix<double, 7, Eigen::Dynamic, Eigen::RowMajor>> j(jacobian, 7, TangentSize());
+    j.setZero();
+    for (int i = 0, column = 0; i < 6; ++i)
+      if (held_ != i - 3) j(i, column++) = 1.0;
     return true;
   }
   bool Minus(const double*, const double*, double*) const override { return false; }
   bool MinusJacobian(const double*, double*) const override { return false; }
+
+ private:
+  std::optional<int> held_;
 };
 
 // Reprojection error of one keypoint with analytic derivatives.
@@ -77,8 +86,8 @@ class Reprojection final : public ceres::SizedCostFunction<2, 7, 9, 3> {
       Eigen::Map<Eigen::Matrix<double, 2, 9, Eigen::RowMajor>> j(jacobians[1]);
       j.row(0) << weight_ * xd, 0, weight_, 0, fx * x * r2, fx * x * r4, fx * 2 * x * y, fx * (r2 + 2 * x * x),
           fx * x * r4 * r2;
-      j.row(1) << weight_ * aspect * yd, weight_ * f * yd, 0, weight_, fy * y * r2, fy * y * r4,
-          fy * (r2 + 2 * y * y), fy * 2 * x * y, fy * y * r4 * r2;
+      j.row(1) << weight_ * aspect * yd, weight_ * f * yd, 0, weight_, fy * y * r2, fy * y * r4, fy * (r2 + 2 * y * y),
+          fy * 2 * x * y, fy * y * r4 * r2;
     }
     if (jacobians[0] == nullptr && jacobians[2] == nullptr) return true;
     const double radial_slope = k1 + 2 * k2 * r2 + 3 * k3 * r4;  // d radial / d r2
@@ -117,8 +126,8 @@ class LensPrior final : public ceres::SizedCostFunction<7, 9> {
   // strength: what a prior's residual is multiplied with.
   LensPrior(const Camera& camera, double strength) : middle_(0.5 * camera.width, 0.5 * camera.height) {
     const double size = std::max(camera.width, camera.height);
-    weight_ << 1 / prior_aspect, 1 / (prior_principal * size), 1 / (prior_principal * size), 1 / prior_k1,
-        1 / prior_k2, 1 / prior_tangential, 1 / prior_tangential;
+    weight_ << 1 / prior_aspect, 1 / (prior_principal * size), 1 / (prior_principal * size), 1 / prior_k1, 1 / prior_k2,
+        1 / prior_tangential, 1 / prior_tangential;
     weight_ *= strength;
   }
 
@@ -141,10 +150,14 @@ class LensPrior final : public ceres::SizedCostFunction<7, 9> {
 
 std::vector<int> constant_lens_entries(LensFreedom freedom) {
   switch (freedom) {
-    case LensFreedom::focal: return {1, 2, 3, 5, 6, 7, 8};
-    case LensFreedom::principal: return {6, 7, 8};
-    case LensFreedom::tangential: return {8};
-    case LensFreedom::fixed: break;
+    case LensFreedom::focal:
+      return {1, 2, 3, 5, 6, 7, 8};
+    case LensFreedom::principal:
+      return {6, 7, 8};
+    case LensFreedom::tangential:
+      return {8};
+    case LensFreedom::fixed:
+      break;
   }
   return {};
 }
@@ -183,6 +196,35 @@ std::vector<int> choose_tracks(const Scene& scene, const BundleOptions& options,
   return chosen;
 }
 
+// What fixes the seven degrees of freedom a world has when all of it may move: one pose, and of the view farthest from
+// it the component of the translation that grows fastest with the scale.
+struct Gauge {
+  int fixed_view = -1;
+  int scale_view = -1;
+  int held_component = 0;
+};
+
+Gauge gauge_of(const Scene& scene) {
+  Gauge gauge;
+  double farthest = 0.0;
+  Eigen::Vector3d centre;
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    const View& view = scene.views[v];
+    if (!view.registered) continue;
+    if (gauge.fixed_view < 0) {
+      gauge.fixed_view = static_cast<int>(v);
+      centre = centre_of(view.cam_from_world);
+      continue;
+    }
+    const Eigen::Vector3d baseline = centre_of(view.cam_from_world) - centre;
+    if (baseline.norm() <= farthest) continue;
+    farthest = baseline.norm();
+    gauge.scale_view = static_cast<int>(v);
+    (view.cam_from_world.rotation * baseline).cwiseAbs().maxCoeff(&gauge.held_component);
+  }
+  return gauge;
+}
+
 }  // namespace
 
 BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
@@ -193,10 +235,8 @@ BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
     for (const int v : options.free_views) is_free[static_cast<std::size_t>(v)] = true;
   }
   const std::vector<int> tracks = choose_tracks(scene, options, is_free);
-  if (options.free_views.empty()) {
-    const auto first = std::find(is_free.begin(), is_free.end(), true);
-    if (first != is_free.end()) *first = false;
-  }
+  const Gauge gauge = options.free_views.empty() ? gauge_of(scene) : Gauge{};
+  if (gauge.fixed_view >= 0) is_free[static_cast<std::size_t>(gauge.fixed_view)] = false;
 
   std::vector<PoseBlock> poses(scene.views.size());
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
@@ -207,6 +247,7 @@ BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
   for (const Camera& c : scene.cameras) lenses.push_back({c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3});
 
   PoseManifold pose_manifold;
+  PoseManifold scale_manifold(gauge.held_component);
   ceres::CauchyLoss loss(options.loss_scale);
   std::unique_ptr<ceres::SubsetManifold> lens_manifold;
   if (options.lens != LensFreedom::fixed)
@@ -241,7 +282,7 @@ BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
   for (std::size_t v = 0; v < poses.size(); ++v) {
     if (!pose_in[v]) continue;
     if (is_free[v]) {
-      problem.SetManifold(poses[v].data(), &pose_manifold);
+      problem.SetManifold(poses[v].data(), static_cast<int>(v) == gauge.scale_view ? &scale_manifold : &pose_manifold);
       ordering->AddElementToGroup(poses[v].data(), 1);
     } else {
       problem.SetParameterBlockConstant(poses[v].data());

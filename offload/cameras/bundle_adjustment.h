@@ -18,13 +18,13 @@ enum class LensFreedom {
 
 struct BundleOptions {
   LensFreedom lens = LensFreedom::focal;
-  std::vector<int> free_views;   // poses that move; empty: all registered ones but the first, which fixes the world
+  std::vector<int> free_views;  // poses that move; empty: all registered ones but the first, which fixes the world
   bool free_points = true;
-  double loss_scale = 1.0;       // of the Cauchy loss, pixels
-  int min_observations = 2;      // shorter tracks neither count nor move
-  int max_points_per_view = 0;   // 0: all; else tracks are taken, longest first, until every view has this many
+  double loss_scale = 1.0;      // of the Cauchy loss, pixels
+  int min_observations = 2;     // shorter tracks neither count nor move
+  int max_points_per_view = 0;  // 0: all; else tracks are taken, longest first, until every view has this many
   int max_iterations = 50;
-  double tolerance = 1e-6;       // stop when the cost falls by a smaller share
+  double tolerance = 1e-6;  // stop when the cost falls by a smaller share
 };
 
 struct BundleSummary {

@@ -19,8 +19,8 @@ using nlohmann::json;
 
 constexpr double assumed_height_mm = 1700.0;
 constexpr std::size_t min_pictures = 3;
-constexpr std::size_t min_keypoints = 50;      // of the median picture
-constexpr double min_registered_share = 0.5;   // fewer are not one model but a fragment
+constexpr std::size_t min_keypoints = 50;     // of the median picture
+constexpr double min_registered_share = 0.5;  // fewer are not one model but a fragment
 constexpr double wanted_registered_share = 0.9;
 
 // Shares of the stage's time after which a step ends, for progress.
@@ -121,8 +121,8 @@ Scene scene_of(const Pictures& pictures, const std::optional<Camera>& calibrated
 // A calibration holds for pictures of its own size only.
 bool is_calibrated(const Pictures& pictures, const std::optional<Camera>& camera) {
   return camera && std::all_of(pictures.features.begin(), pictures.features.end(), [&](const Features& f) {
-    return f.width == camera->width && f.height == camera->height;
-  });
+           return f.width == camera->width && f.height == camera->height;
+         });
 }
 
 ColmapModel model_of(const Scene& scene, const Pictures& pictures) {
@@ -190,9 +190,8 @@ Result<json> run(const StageContext& context) {
   CorrespondenceOptions correspondence;
   correspondence.threads = context.threads;
   // Photographs have no frame rate, and their order need not be the order of a walk.
-  correspondence.ordered = std::any_of(scan->passes.begin(), scan->passes.end(), [](const ScanPass& p) {
-    return p.fps > 0;
-  });
+  correspondence.ordered =
+      std::any_of(scan->passes.begin(), scan->passes.end(), [](const ScanPass& p) { return p.fps > 0; });
   std::vector<ViewPair> pairs = find_correspondences(pictures->features, pictures->pass_of, correspondence,
                                                      part_of(context.progress, features_end, matching_end));
   const std::size_t pair_count = pairs.size();
@@ -217,15 +216,14 @@ Result<json> run(const StageContext& context) {
   if (!world) return tl::unexpected<Error>(world.error());
   move_world(scene, world->world_from_model);
   const auto corner = [](const Eigen::Vector3d& v) { return json::array({v.x(), v.y(), v.z()}); };
-  const json scene_file = {
-      {"scale_source", height->assumed ? "assumed-height" : "height"},
-      {"height_mm", 1000 * height->metres},
-      {"height_uncertainty_mm", 1000 * height->metres * world->height_uncertainty},
-      {"registered", summary->registered},
-      {"total", total},
-      {"floor_seen", world->has_floor},
-      {"ring_radius_m", world->ring_radius},
-      {"box", {{"min", corner(world->box.min())}, {"max", corner(world->box.max())}}}};
+  const json scene_file = {{"scale_source", height->assumed ? "assumed-height" : "height"},
+                           {"height_mm", 1000 * height->metres},
+                           {"height_uncertainty_mm", 1000 * height->metres * world->height_uncertainty},
+                           {"registered", summary->registered},
+                           {"total", total},
+                           {"floor_seen", world->has_floor},
+                           {"ring_radius_m", world->ring_radius},
+                           {"box", {{"min", corner(world->box.min())}, {"max", corner(world->box.max())}}}};
   const ColmapModel model = model_of(scene, *pictures);
   if (const auto written = write_colmap_model(model, context.out); !written)
     return tl::unexpected<Error>(written.error());

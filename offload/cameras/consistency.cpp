@@ -19,8 +19,8 @@ bool are_near(const View& a, const View& b, const ConsistencyOptions& options) {
   return a.pass == b.pass && std::abs(a.order - b.order) <= options.near;
 }
 
-bool agrees_with_pairs(const Scene& scene, std::span<const ViewPair> pairs, std::span<const int> pairs_of_view, int view,
-                       const ConsistencyOptions& options) {
+bool agrees_with_pairs(const Scene& scene, std::span<const ViewPair> pairs, std::span<const int> pairs_of_view,
+                       int view, const ConsistencyOptions& options) {
   double all = 0, all_agreeing = 0, near = 0, near_agreeing = 0;
   for (const int p : pairs_of_view) {
     const ViewPair& pair = pairs[static_cast<std::size_t>(p)];

@@ -24,8 +24,8 @@ bool are_near(const View& a, const View& b, const ConsistencyOptions& options);
 
 // True when the view's pose agrees with the pairs it forms with registered views: half of all their matches, and half
 // of those with near views when there are any. Repeated texture makes false pairs, but rarely between neighbours.
-bool agrees_with_pairs(const Scene& scene, std::span<const ViewPair> pairs, std::span<const int> pairs_of_view, int view,
-                       const ConsistencyOptions& options);
+bool agrees_with_pairs(const Scene& scene, std::span<const ViewPair> pairs, std::span<const int> pairs_of_view,
+                       int view, const ConsistencyOptions& options);
 
 // Pairs of registered views reduced to the matches that agree with the poses; pairs that mostly disagree are left out.
 // Pairs with a view that is not registered stay as they are.

@@ -29,7 +29,7 @@ struct Features {
 };
 
 struct FeatureOptions {
-  int max_features = 4000;         // descriptors kept, strongest response first
+  int max_features = 4000;           // descriptors kept, strongest response first
   double contrast_threshold = 0.02;  // of OpenCV's SIFT; lower finds more
   double edge_threshold = 10.0;
 };

@@ -18,8 +18,8 @@ struct Match {
 };
 
 struct MatchOptions {
-  double max_ratio = 0.8;      // nearest to second nearest distance, both ways
-  double max_distance = 0.7;   // of unit vectors
+  double max_ratio = 0.8;     // nearest to second nearest distance, both ways
+  double max_distance = 0.7;  // of unit vectors
 };
 
 // Mutual nearest neighbours that pass Lowe's ratio test (IJCV 2004, section 7.1) in both directions, by brute force

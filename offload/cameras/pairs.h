@@ -12,13 +12,13 @@
 namespace gyre {
 
 struct PairOptions {
-  int neighbours = 4;          // pictures before and after in the same pass
-  int largest_step = 8;        // and those 8, 16, ... apart, doubling up to this
-  int best_votes = 7;          // most similar others of each picture
+  int neighbours = 4;    // pictures before and after in the same pass
+  int largest_step = 8;  // and those 8, 16, ... apart, doubling up to this
+  int best_votes = 7;    // most similar others of each picture
   int best_votes_other_pass = 3;
-  int min_votes = 4;           // matches among the largest features for a picture to count as similar
-  int voting_features = 300;   // largest features of each picture that vote
-  int exhaustive_up_to = 60;   // unordered pictures: match all with all up to this many
+  int min_votes = 4;          // matches among the largest features for a picture to count as similar
+  int voting_features = 300;  // largest features of each picture that vote
+  int exhaustive_up_to = 60;  // unordered pictures: match all with all up to this many
 };
 
 // Matches among the largest features of every two pictures (Wu, "Towards linear-time incremental structure from

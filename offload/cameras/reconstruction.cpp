@@ -135,8 +135,8 @@ class Mapper {
     bundle.lens = LensFreedom::fixed;
     bundle.free_views = {v};
     // The two views that fix the scale of the model stay where they are while there are few others.
-    const std::size_t neighbours = std::min<std::size_t>(most_shared.size() / 2,
-                                                         static_cast<std::size_t>(options_.local_views - 1));
+    const std::size_t neighbours =
+        std::min<std::size_t>(most_shared.size() / 2, static_cast<std::size_t>(options_.local_views - 1));
     for (std::size_t i = 0; i < neighbours; ++i) bundle.free_views.push_back(most_shared[i].second);
     bundle.max_points_per_view = options_.max_points_per_view;
     bundle.max_iterations = 10;
@@ -157,14 +157,23 @@ class Mapper {
   std::vector<int> refused_at_;  // size of the model when a view was last refused
 };
 
-int used_observations(const Scene& scene, double max_error) {
-  int count = 0;
+// How well a model explains its keypoints: number of used ones, and their median error in pixels.
+struct Fit {
+  std::size_t keypoints = 0;
+  double median_error = 0.0;
+};
+
+Fit fit_of(const Scene& scene) {
+  std::vector<double> errors;
   for (const Track& track : scene.tracks) {
     if (!track.triangulated) continue;
     for (const Observation& o : track.observations)
-      if (o.used && reprojection_error(scene, o, track.point) < max_error) ++count;
+      if (o.used) errors.push_back(reprojection_error(scene, o, track.point));
   }
-  return count;
+  if (errors.empty()) return {};
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  return {errors.size(), *middle};
 }
 
 void set_focal(Scene& scene, double guess) {
@@ -181,11 +190,11 @@ bool is_plausible(const Scene& scene) {
   });
 }
 
-// Starts a model from the best pair of each focal guess, and keeps the one that explains most keypoints well.
+// Starts a model from the best pair of each focal guess, and keeps the one with the smallest errors among those that
+// explain many keypoints: a wrong focal length bends the model and so costs accuracy before it costs keypoints.
 std::optional<Scene> best_start(const Scene& empty, const std::vector<ViewPair>& pairs,
                                 const ReconstructionOptions& options) {
-  std::optional<Scene> best;
-  int best_count = 0;
+  std::vector<std::pair<Scene, Fit>> trials;
   const std::vector<double> guesses = options.known_lens ? std::vector<double>{0.0} : options.focal_guesses;
   for (const double guess : guesses) {
     Scene trial = empty;
@@ -199,17 +208,22 @@ std::optional<Scene> best_start(const Scene& empty, const std::vector<ViewPair>&
       mapper.grow(options.trial_views, [](int) {});
       if (grown.registered_count() < 3 || !is_plausible(grown)) continue;
       mapper.adjust_everything();
-      const int count = used_observations(grown, 0.5 * options.triangulation.max_error);
-      spdlog::debug("focal guess {:.2f}: {:.1f} px after {} views, {} keypoints explained, {:.2f} px", guess,
-                    grown.cameras.front().fx, grown.registered_count(), count, mean_reprojection_error(grown));
-      if (count > best_count) {
-        best_count = count;
-        best = std::move(grown);
-      }
+      const Fit fit = fit_of(grown);
+      spdlog::debug("focal guess {:.2f}: {:.1f} px after {} views, {} keypoints explained, median {:.2f} px", guess,
+                    grown.cameras.front().fx, grown.registered_count(), fit.keypoints, fit.median_error);
+      trials.emplace_back(std::move(grown), fit);
       break;
     }
   }
-  return best;
+  std::size_t most = 0;
+  for (const auto& [scene, fit] : trials) most = std::max(most, fit.keypoints);
+  std::pair<Scene, Fit>* best = nullptr;
+  for (auto& trial : trials) {
+    if (trial.second.keypoints < 0.6 * static_cast<double>(most)) continue;
+    if (best == nullptr || trial.second.median_error < best->second.median_error) best = &trial;
+  }
+  if (best == nullptr) return std::nullopt;
+  return std::move(best->first);
 }
 
 void remove_view(Scene& scene, int v) {
@@ -245,8 +259,8 @@ Result<ReconstructionSummary> reconstruct(Scene& scene, std::vector<ViewPair> pa
   scene = std::move(*start);
   const int total = static_cast<int>(scene.views.size());
   const auto report = [&](int registered) {
-    progress(0.1 + 0.6 * registered / total, "placing cameras, " + std::to_string(registered) + " of " +
-                                                 std::to_string(total));
+    progress(0.1 + 0.6 * registered / total,
+             "placing cameras, " + std::to_string(registered) + " of " + std::to_string(total));
   };
   {
     Mapper mapper(scene, pairs, options);
@@ -269,13 +283,15 @@ Result<ReconstructionSummary> reconstruct(Scene& scene, std::vector<ViewPair> pa
   }
   progress(0.9, "adjusting all cameras and points");
   for (int round = 0; round < 2; ++round) {
-    Mapper mapper(scene, pairs, options);
     BundleOptions bundle;
-    bundle.lens = mapper.lens_freedom();
-    bundle.tolerance = 1e-6;
+    bundle.lens = Mapper(scene, pairs, options).lens_freedom();
     bundle.min_observations = 3;
     adjust_bundle(scene, bundle);
     update_normalised(scene, options.threads);
+    // Points of two views took no part: find them anew from the moved cameras.
+    for (Track& track : scene.tracks)
+      if (track.triangulated && track.used_count() < bundle.min_observations)
+        triangulate(scene, track, options.triangulation);
     extend_points(scene, options.triangulation, options.threads);
     filter_points(scene, options.triangulation);
   }

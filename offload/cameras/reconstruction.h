@@ -15,16 +15,16 @@
 namespace gyre {
 
 struct ReconstructionOptions {
-  bool known_lens = false;        // the scene's cameras are calibrated: leave them as they are
+  bool known_lens = false;                                 // the scene's cameras are calibrated: leave them as they are
   std::vector<double> focal_guesses{0.8, 1.2, 1.75, 2.6};  // times the longer side; the one that explains most wins
-  int trial_views = 8;            // views each guess is tried on
-  int min_inliers = 20;           // points a pose must agree with
-  double min_inlier_share = 0.2;  // of the points the view should see
-  double max_pose_error = 8.0;    // of those points, pixels
+  int trial_views = 8;                                     // views each guess is tried on
+  int min_inliers = 20;                                    // points a pose must agree with
+  double min_inlier_share = 0.2;                           // of the points the view should see
+  double max_pose_error = 8.0;                             // of those points, pixels
   double growth_between_global = 1.2;  // bundle adjustment of everything each time the model has grown by this factor
-  int local_views = 6;            // views adjusted together with a new one
-  int max_points_per_view = 400;  // in adjustments while growing
-  int full_lens_views = 12;       // views from which on principal point and aspect are adjusted
+  int local_views = 6;                 // views adjusted together with a new one
+  int max_points_per_view = 400;       // in adjustments while growing
+  int full_lens_views = 12;            // views from which on principal point and aspect are adjusted
   TriangulationOptions triangulation;
   SeedOptions seed;
   ConsistencyOptions consistency;

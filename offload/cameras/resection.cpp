@@ -40,7 +40,8 @@ std::optional<Resection> resect(std::span<const Eigen::Vector2d> normalised, std
   result.inliers.clear();
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d p = result.cam_from_world * points[i];
-    if (p.z() > 0 && (p.hnormalized() - normalised[i]).norm() < max_error) result.inliers.push_back(static_cast<int>(i));
+    if (p.z() > 0 && (p.hnormalized() - normalised[i]).norm() < max_error)
+      result.inliers.push_back(static_cast<int>(i));
   }
   if (!result.cam_from_world.translation.allFinite() || static_cast<int>(result.inliers.size()) < min_inliers)
     return std::nullopt;

@@ -7,7 +7,8 @@
 namespace gyre {
 
 int Track::used_count() const {
-  return static_cast<int>(std::count_if(observations.begin(), observations.end(), [](const auto& o) { return o.used; }));
+  return static_cast<int>(
+      std::count_if(observations.begin(), observations.end(), [](const auto& o) { return o.used; }));
 }
 
 int Scene::registered_count() const {

@@ -19,9 +19,9 @@ struct View {
   int pass = 0;    // which walk around the subject
   int order = 0;   // place in that walk
   std::vector<Eigen::Vector2d> keypoints;
-  std::vector<double> sizes;                 // standard deviation of the keypoint's Gaussian, pixels
-  std::vector<int> track_of;                 // per keypoint; -1: none
-  std::vector<Eigen::Vector2d> normalised;   // keypoints without lens; see update_normalised
+  std::vector<double> sizes;                // standard deviation of the keypoint's Gaussian, pixels
+  std::vector<int> track_of;                // per keypoint; -1: none
+  std::vector<Eigen::Vector2d> normalised;  // keypoints without lens; see update_normalised
   bool registered = false;
   Pose cam_from_world;
 };

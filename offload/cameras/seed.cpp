@@ -50,7 +50,8 @@ bool plant_seed(Scene& scene, const ViewPair& pair, const SeedOptions& options) 
   a.cam_from_world = Pose{};
   b.cam_from_world = pose->b_from_a;
   extend_points_of_view(scene, pair.a, options.triangulation);
-  const auto points = std::count_if(scene.tracks.begin(), scene.tracks.end(), [](const Track& t) { return t.triangulated; });
+  const auto points =
+      std::count_if(scene.tracks.begin(), scene.tracks.end(), [](const Track& t) { return t.triangulated; });
   return points >= options.min_points;
 }
 

@@ -11,7 +11,7 @@
 namespace gyre {
 
 struct SeedOptions {
-  int candidates = 24;                          // pairs with most matches that are looked at closely
+  int candidates = 24;  // pairs with most matches that are looked at closely
   int min_points = 40;
   double good_angle = 12 * 0.017453292519943295;  // median ray angle beyond which more parallax earns nothing, radians
   double max_angle = 50 * 0.017453292519943295;   // beyond it matches are few and often false

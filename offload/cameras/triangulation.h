@@ -22,7 +22,7 @@ double angle_between_rays(const Ray& a, const Ray& b);
 std::optional<Eigen::Vector3d> intersect_rays(std::span<const Ray> rays);
 
 struct TriangulationOptions {
-  double max_error = 4.0;               // reprojection error of a used observation, pixels
+  double max_error = 4.0;                         // reprojection error of a used observation, pixels
   double min_angle = 1.5 * 0.017453292519943295;  // largest angle between two rays of a point, radians
 };
 

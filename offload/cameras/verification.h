@@ -13,7 +13,7 @@
 namespace gyre {
 
 struct VerificationOptions {
-  double max_error = 3.0;   // Sampson distance to the fundamental matrix, pixels
+  double max_error = 3.0;  // Sampson distance to the fundamental matrix, pixels
   double confidence = 0.9999;
   int max_iterations = 5000;
   int min_inliers = 20;
@@ -31,9 +31,9 @@ Eigen::Matrix3d essential_matrix(const Pose& b_from_a);
 double sampson_distance(const Eigen::Matrix3d& essential, const Eigen::Vector2d& a, const Eigen::Vector2d& b);
 
 struct RelativePose {
-  Pose b_from_a;                // translation of unit length
-  std::vector<Match> inliers;   // agree with it and lie in front of both cameras
-  double median_angle = 0.0;    // between the rays of the inliers, radians
+  Pose b_from_a;               // translation of unit length
+  std::vector<Match> inliers;  // agree with it and lie in front of both cameras
+  double median_angle = 0.0;   // between the rays of the inliers, radians
 };
 
 // Relative pose from matched normalised points by five-point RANSAC (Nister, PAMI 2004) with fixed seed; max_error is

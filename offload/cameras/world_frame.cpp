@@ -10,13 +10,13 @@ namespace {
 
 // Lengths below are shares of the ring's radius, the only length known before the scale is.
 constexpr double floor_thickness = 0.012;
-constexpr double floor_reach = 0.9;      // points farther out may belong to walls and furniture
-constexpr double column_radius = 0.16;   // around the axis: head and trunk of a person the ring was walked around
+constexpr double floor_reach = 0.9;     // points farther out may belong to walls and furniture
+constexpr double column_radius = 0.16;  // around the axis: head and trunk of a person the ring was walked around
 constexpr double max_column_gap = 0.08;
 constexpr double max_floor_tilt = 6.0 * 0.017453292519943295;
 constexpr std::size_t min_floor_points = 60;
 // Shares of the subject's height.
-constexpr double box_half_width = 0.6;   // an A-pose spans less than the height
+constexpr double box_half_width = 0.6;  // an A-pose spans less than the height
 constexpr double box_margin = 0.05;
 
 std::vector<Pose> registered_poses(const Scene& scene) {
@@ -34,7 +34,9 @@ std::vector<Eigen::Vector3d> reliable_points(const Scene& scene) {
   return points;
 }
 
-double horizontal_distance(const Eigen::Vector3d& p) { return std::hypot(p.x(), p.z()); }
+double horizontal_distance(const Eigen::Vector3d& p) {
+  return std::hypot(p.x(), p.z());
+}
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

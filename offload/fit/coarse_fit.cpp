@@ -81,13 +81,15 @@ std::vector<int> thinned_vertices(const BodyTemplate& body, const OuterSurface& 
   return kept;
 }
 
-// Geman-McClure weights of width `width`; both directions count alike.
-void weigh(std::vector<Match>& matches, const PosedBody& posed, double width, double outside_weight) {
+// Geman-McClure weights of width `width`.
+void weigh(std::vector<Match>& matches, const BodyTemplate& body, const PosedBody& posed, double width,
+           const CoarseFitOptions& options) {
   for (Match& m : matches) {
+    const bool hair = body.regions[m.corners[0]] == BodyRegion::head;
     Eigen::Vector3d x = Eigen::Vector3d::Zero();
     for (int k = 0; k < 3; ++k) x += m.weights[k] * posed.vertices[m.corners[k]];
     const double ratio = width * width / (width * width + (x - m.target).squaredNorm());
-    m.weight = ratio * ratio * (m.offset > 0 ? outside_weight : 1.0);
+    m.weight = ratio * ratio * (m.offset <= 0 ? 1.0 : hair ? options.hair_weight : options.clothes_weight);
   }
 }
 
@@ -143,8 +145,8 @@ CoarseFit fit_coarse(const BodyTemplate& body, const OuterSurface& outer, const 
     const MatchGate gate{radius, progressed < 0.2 ? 0.0 : options.min_cosine, 8};
     const PosedBody posed = evaluate(body, fit.state);
     matches_of(posed, gate, to_surface, to_cloud);
-    weigh(to_surface, posed, 0.4 * radius, options.outside_weight);
-    weigh(to_cloud, posed, 0.4 * radius, options.outside_weight);
+    weigh(to_surface, body, posed, 0.4 * radius, options);
+    weigh(to_cloud, body, posed, 0.4 * radius, options);
     std::vector<Match> matches = to_surface;
     matches.insert(matches.end(), to_cloud.begin(), to_cloud.end());
     double total = 0.0;

@@ -17,7 +17,8 @@ struct CoarseFitOptions {
   double last_radius = 0.05;      // ... to this
   double min_cosine = 0.5;        // between the normals
   double slide_weight = 0.15;     // of the residual along the surface against the one along its normal
-  double outside_weight = 0.7;    // of cloud points outside of the body: clothes and hair
+  double clothes_weight = 0.7;    // of cloud points outside of the body; clothes lie there ...
+  double hair_weight = 0.15;      // ... and on the head and the neck below it, hair
   double data_deviation = 0.01;   // metres; residual that costs as much as one standard deviation of a prior ...
   double data_count = 600.0;      // ... when this many independent points have it
   double scale_deviation = 0.03;  // of the logarithm of the scale about its mean

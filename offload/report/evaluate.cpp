@@ -185,7 +185,7 @@ Result<Textured> textured_fit(const Inputs& in, const json& fit, const TriangleM
   } catch (const cv::Exception&) {
   }
   if (textured.albedo.empty()) return fail("cannot read the texture", file.string(), "run the stage texture again");
-  auto body = find_template(in.options.template_file);
+  auto body = find_template(in.options.body_template);
   if (!body) return tl::unexpected(body.error());
   if (fit.value(json::json_pointer("/template/checksum"), "") != body->checksum)
     return fail("the fit was made with another template than " + body->name, "", "give that template with --template");

@@ -13,7 +13,7 @@
 namespace gyre {
 
 struct EvaluateOptions {
-  std::filesystem::path template_file;   // empty: searched for, see find_template
+  std::string body_template;             // file; empty: searched for, see find_template
   std::size_t surface_samples = 100000;  // points that stand for the true surface
   int threads = 0;                       // 0: all cores
   std::uint64_t seed = 1;

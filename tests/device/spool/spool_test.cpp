@@ -214,7 +214,7 @@ TEST(Spool, SurvivesKillsWhileRecording) {
       const SpooledFile* file = find_file(spool->scan(scan.id)->files, keyframe_name(i));
       ASSERT_NE(file, nullptr);
       EXPECT_EQ(fs::exists(spool->bundle(scan.id).frame("body", i)), file->phase != SpooledFilePhase::discarded);
-      if (i % 3 == 2) EXPECT_EQ(file->phase, SpooledFilePhase::discarded);
+      EXPECT_EQ(file->phase == SpooledFilePhase::discarded, i % 3 == 2);
     }
     if (reported < frames - 1) pace += 1U << 29;  // further every time, so that it ends
   }

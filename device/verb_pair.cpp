@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/keys/keys.h"
+#include "device/verbs.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+namespace gyre {
+
+namespace {
+
+struct PairFlags {
+  std::string keys;
+  std::string host_key;
+};
+
+int pair(const PairFlags& given) {
+  const std::filesystem::path folder = given.keys;
+  const Result<KeyPair> keys = read_or_make_key_pair(device_key(folder));
+  if (!keys) return report_error(keys.error());
+  if (!given.host_key.empty()) {
+    if (!is_public_key(given.host_key)) {
+      return report_error(wrong_use("not a public key", given.host_key, "`gyre-offload pair` prints it").value());
+    }
+    const Result<void> written = write_public_key(host_key(folder), given.host_key);
+    if (!written) return report_error(written.error());
+  }
+  const Result<std::string> host = read_public_key(host_key(folder));
+  const nlohmann::json line = {{"device_public_key", keys->public_key},
+                               {"host_public_key", host ? nlohmann::json(*host) : nlohmann::json()}};
+  std::printf("%s\n", line.dump().c_str());
+  return 0;
+}
+
+}  // namespace
+
+void add_pair_verb(CLI::App& app, Verb& run) {
+  const auto flags = std::make_shared<PairFlags>();
+  flags->keys = (data_folder() / "keys").string();
+  CLI::App* verb = app.add_subcommand(
+      "pair", "make this device's keys and note the host's; prints the public key that the host has to let in");
+  verb->add_option("--keys", flags->keys, "folder of this device's keys")->capture_default_str();
+  verb->add_option("--host-public-key", flags->host_key, "public key of the host, 40 characters; default: unchanged");
+  verb->callback([flags, &run] { run = [flags] { return pair(*flags); }; });
+}
+
+}  // namespace gyre

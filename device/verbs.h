@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verbs of gyre-device: each adds its subcommand and sets `run` when the command line asks for it.
+#pragma once
+
+#include "common/result/result.h"
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace gyre {
+
+// What the chosen verb does; returns the exit code.
+using Verb = std::function<int()>;
+
+void add_replay_verb(CLI::App& app, Verb& run);
+void add_run_verb(CLI::App& app, Verb& run);
+void add_status_verb(CLI::App& app, Verb& run);
+void add_pair_verb(CLI::App& app, Verb& run);
+
+// Prints the error as one line on stderr and returns its exit code.
+int report_error(const Error& error);
+
+// Where the device keeps its own files when nothing is said: $XDG_DATA_HOME/gyre, or ~/.local/share/gyre.
+std::filesystem::path data_folder();
+
+// Files in the folder of keys: the device's pair, and the public key of the host it talks to.
+std::filesystem::path device_key(const std::filesystem::path& keys);
+std::filesystem::path host_key(const std::filesystem::path& keys);
+
+// What this device calls itself when nothing is said: the host name, made fit for a file name.
+std::string default_device_name();
+
+}  // namespace gyre

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/report/report_facts.h"
+
+#include "common/bundle/atomic_file.h"
+
+#include <fmt/format.h>
+#include <cmath>
+
+namespace gyre {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* stage_order[] = {"cameras", "cloud", "landmarks", "masks",   "poses",
+                                       "shape",   "fit",   "detail",    "texture", "avatar"};
+
+// Value at a JSON pointer when it is there and of the right kind: files of other versions may lack or change it.
+double number_at(const json& j, const char* pointer, double otherwise) {
+  const json::json_pointer at(pointer);
+  return j.is_object() && j.contains(at) && j.at(at).is_number() ? j.at(at).get<double>() : otherwise;
+}
+
+std::string text_at(const json& j, const char* pointer) {
+  const json::json_pointer at(pointer);
+  return j.is_object() && j.contains(at) && j.at(at).is_string() ? j.at(at).get<std::string>() : std::string();
+}
+
+bool flag_at(const json& j, const char* pointer) {
+  const json::json_pointer at(pointer);
+  return j.is_object() && j.contains(at) && j.at(at).is_boolean() && j.at(at).get<bool>();
+}
+
+// Null when the file is not there; a damaged one is a warning too.
+json read_object(const std::filesystem::path& file, std::vector<std::string>& warnings) {
+  if (!std::filesystem::exists(file)) return {};
+  const auto text = read_file(file);
+  json object = text ? json::parse(*text, nullptr, false) : json();
+  if (object.is_object()) return object;
+  warnings.push_back("The file " + file.filename().string() + " of stage " + file.parent_path().filename().string() +
+                     " could not be read.");
+  return {};
+}
+
+std::vector<StageFacts> read_stages(const Bundle& bundle, std::vector<std::string>& warnings) {
+  std::vector<StageFacts> stages;
+  for (const char* name : stage_order) {
+    const json record = read_object(bundle.work(name) / "stage.json", warnings);
+    if (record.is_null()) continue;
+    StageFacts stage;
+    stage.name = name;
+    stage.version = static_cast<int>(number_at(record, "/version", 0));
+    stage.software = text_at(record, "/software");
+    stage.seconds = number_at(record, "/seconds", 0);
+    stage.cpu_seconds = number_at(record, "/cpu_seconds", 0);
+    stage.peak_memory_mib = number_at(record, "/peak_memory_mib", 0);
+    stage.options = record.value("options", json::object());
+    stage.result = record.value("result", json::object());
+    stages.push_back(std::move(stage));
+  }
+  return stages;
+}
+
+std::vector<std::string> find_warnings(const ReportFacts& facts) {
+  std::vector<std::string> warnings;
+  const std::size_t keyframes = facts.keyframes.size(), registered = facts.model.images.size();
+  if (keyframes < 20)
+    warnings.push_back(
+        fmt::format("Only {} keyframes were captured; a full walk around the subject gives 75.", keyframes));
+  if (registered > 0 && registered * 100 < keyframes * 95)
+    warnings.push_back(
+        fmt::format("{} of {} keyframes could not be placed and were not used.", keyframes - registered, keyframes));
+  if (text_at(facts.scene, "/scale_source") == "assumed-height")
+    warnings.push_back(
+        fmt::format("The subject's height was not given: {:.0f} mm is assumed, and all lengths depend on it.",
+                    number_at(facts.scene, "/height_mm", 1700)));
+  if (flag_at(facts.fit, "/template/built_in"))
+    warnings.emplace_back(
+        "No human template was installed: the built-in stand-in was used, which has no face rig and a coarse body.");
+  if (facts.fit.is_object() && facts.fit.contains("warnings") && facts.fit["warnings"].is_array())
+    for (const json& warning : facts.fit["warnings"])
+      if (warning.is_string()) warnings.push_back(warning.get<std::string>());
+  return warnings;
+}
+
+std::string summarise(const ReportFacts& facts) {
+  std::string text;
+  if (facts.avatar_bytes > 0) {
+    text = "The avatar is ready.";
+  } else if (facts.fit.is_object()) {
+    text = "The body was fitted, but there is no avatar yet.";
+  } else if (facts.cloud.is_object()) {
+    text = "A point cloud is ready; no avatar was made.";
+  } else if (!facts.model.images.empty()) {
+    text = "The cameras are known; nothing else was made yet.";
+  } else {
+    text = "Nothing has been reconstructed yet.";
+  }
+  if (!facts.model.images.empty())
+    text += fmt::format(" {} of {} keyframes found their place.", facts.model.images.size(), facts.keyframes.size());
+  if (const double stature = number_at(facts.fit, "/stature_mm", 0); stature > 0)
+    text += fmt::format(" The body is {:.2f} m tall", stature / 1000);
+  if (const double residual = number_at(facts.fit, "/residual_mm/mean", -1); residual >= 0)
+    text += fmt::format(" and lies within {:.1f} mm of the cloud on average.", residual);
+  double seconds = 0, memory = 0;
+  for (const StageFacts& stage : facts.stages) {
+    seconds += stage.seconds;
+    memory = std::max(memory, stage.peak_memory_mib);
+  }
+  if (seconds > 0)
+    text += fmt::format(" It took {} and at most {:.1f} GiB of memory.", duration_text(seconds), memory / 1024);
+  return text;
+}
+
+}  // namespace
+
+double ReportFacts::facing() const {
+  return number_at(fit, "/yaw_deg", 0) * M_PI / 180;
+}
+
+const ModelImage* ReportFacts::image(const FrameId& frame) const {
+  const std::string name = frame_name(frame.pass, frame.index);
+  for (const auto& [id, candidate] : model.images)
+    if (candidate.name == name) return &candidate;
+  return nullptr;
+}
+
+std::string duration_text(double seconds) {
+  if (seconds < 10) return fmt::format("{:.1f} s", seconds);
+  const auto whole = static_cast<long>(std::lround(seconds));
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+}
+
+Result<ReportFacts> collect_facts(const Bundle& bundle) {
+  ReportFacts facts;
+  auto scan = read_scan(bundle);
+  if (!scan) return tl::unexpected(scan.error());
+  facts.scan = std::move(*scan);
+  auto keyframes = list_frames(bundle);
+  if (!keyframes) return tl::unexpected(keyframes.error());
+  facts.keyframes = std::move(*keyframes);
+  std::vector<std::string> damaged;
+  if (std::filesystem::exists(bundle.work("cameras") / "images.txt")) {
+    if (auto model = read_colmap_model(bundle.work("cameras"))) {
+      facts.model = std::move(*model);
+    } else {
+      damaged.push_back(model.error().message());
+    }
+  }
+  facts.scene = read_object(bundle.work("cameras") / "scene.json", damaged);
+  facts.cloud = read_object(bundle.work("cloud") / "cloud.json", damaged);
+  facts.fit = read_object(bundle.work("fit") / "fit.json", damaged);
+  facts.texture = read_object(bundle.work("texture") / "texture.json", damaged);
+  facts.stages = read_stages(bundle, damaged);
+  std::error_code absent;
+  const std::uintmax_t size = std::filesystem::file_size(bundle.work("avatar") / "avatar.glb", absent);
+  facts.avatar_bytes = absent ? 0 : size;
+  facts.warnings = find_warnings(facts);
+  facts.warnings.insert(facts.warnings.end(), damaged.begin(), damaged.end());
+  facts.summary = summarise(facts);
+  return facts;
+}
+
+json to_json(const ReportFacts& facts) {
+  json stages = json::array();
+  double seconds = 0, memory = 0;
+  for (const StageFacts& s : facts.stages) {
+    stages.push_back({{"stage", s.name},
+                      {"version", s.version},
+                      {"software", s.software},
+                      {"seconds", s.seconds},
+                      {"cpu_seconds", s.cpu_seconds},
+                      {"peak_memory_mib", s.peak_memory_mib},
+                      {"options", s.options},
+                      {"result", s.result}});
+    seconds += s.seconds;
+    memory = std::max(memory, s.peak_memory_mib);
+  }
+  json fit = nullptr;
+  if (facts.fit.is_object()) {
+    fit = json::object();
+    for (const char* key : {"template", "stature_mm", "residual_mm", "yaw_deg", "shape", "scale"})
+      if (facts.fit.contains(key)) fit[key] = facts.fit[key];
+  }
+  return {{"scan", to_json(facts.scan)},
+          {"software", GYRE_VERSION},
+          {"summary", facts.summary},
+          {"warnings", facts.warnings},
+          {"keyframes", {{"count", facts.keyframes.size()}, {"registered", facts.model.images.size()}}},
+          {"scene", facts.scene},
+          {"cloud", facts.cloud},
+          {"fit", fit},
+          {"texture", facts.texture},
+          {"avatar_bytes", facts.avatar_bytes},
+          {"seconds", seconds},
+          {"peak_memory_mib", memory},
+          {"stages", stages}};
+}
+
+}  // namespace gyre

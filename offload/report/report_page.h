@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// report.html: one file that needs nothing from outside itself.
+#pragma once
+
+#include "offload/report/report_facts.h"
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace gyre {
+
+// Pictures as data URIs; those that could not be made are empty.
+struct ReportPictures {
+  std::array<std::string, 4> avatar;   // front, its left, back, its right
+  std::array<std::string, 2> cloud;    // front, its left
+  std::vector<std::string> keyframes;  // as facts.keyframes
+};
+
+// Text that is safe between tags and inside quoted attributes.
+std::string escape_html(std::string_view text);
+
+std::string report_page(const ReportFacts& facts, const ReportPictures& pictures);
+
+}  // namespace gyre

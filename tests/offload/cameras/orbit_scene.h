@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// A person-like column in a room, seen from a ring, as keypoints and matches with known truth.
+#pragma once
+
+#include "offload/cameras/scene.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace gyre {
+
+struct OrbitOptions {
+  int views = 24;
+  double arc = 2 * 3.14159265358979323846;  // radians of the ring that is walked
+  double radius = 2.4;                      // metres
+  int body_points = 500;
+  int room_points = 700;
+  int floor_points = 500;
+  double pixel_noise = 0.3;     // standard deviation, pixels
+  double outlier_share = 0.05;  // of the matches of a pair, replaced by random ones
+  std::uint64_t seed = 1;
+};
+
+// Truth: world of design.md (metres, +Y up, floor y = 0, subject 1.7 m tall at the origin).
+struct Orbit {
+  Camera camera;
+  std::vector<Pose> cam_from_world;
+  std::vector<Eigen::Vector3d> points;
+  Scene scene;                             // keypoints only; cameras have a size and nothing else
+  std::vector<std::vector<int>> point_of;  // per view and keypoint
+  std::vector<ViewPair> pairs;             // neighbours up to three apart and the closure of a full ring
+};
+
+Orbit make_orbit(const OrbitOptions& options = {});
+
+// The scene registered and triangulated as it truly is.
+Scene true_scene(const Orbit& orbit);
+
+// Largest distance between true and reconstructed camera centres after similarity alignment, metres; views that are not
+// registered are skipped.
+double largest_centre_error(const Orbit& orbit, const Scene& scene);
+
+}  // namespace gyre
