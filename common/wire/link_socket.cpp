@@ -9,9 +9,13 @@ namespace gyre {
 
 namespace {
 
-// More messages than credit lets a device have under way (4 MiB / wire::chunk_overhead) and than the host answers with:
-// the high-water mark is never the thing that holds a peer back, because ROUTER drops what exceeds it.
-constexpr int high_water_mark = 4096;
+// High-water marks count messages. What waits to be sent is bounded by credit (4 MiB / wire::chunk_overhead messages) and
+// by what a peer asks for, so sending never reaches its mark unless the peer does not read: then ROUTER refuses, and the
+// conversation ends. What the host has received and not looked at is bounded by a small mark, against a device that
+// sends regardless of credit: libzmq stops reading from it, and loses nothing.
+constexpr int send_mark = 4096;
+constexpr int device_receive_mark = 1024;
+constexpr int host_receive_mark = 64;
 
 // Heartbeats find a peer that vanished without closing TCP (Wi-Fi, power) within ivl + timeout.
 constexpr int heartbeat_interval_ms = 2000;
@@ -20,9 +24,9 @@ constexpr int heartbeat_timeout_ms = 10000;
 // A TCP connection that has not finished the CURVE handshake by then is closed; a real device needs milliseconds.
 constexpr int handshake_timeout_ms = 5000;
 
-void configure(zmq::socket_t& socket, const KeyPair& keys) {
-  socket.set(zmq::sockopt::sndhwm, high_water_mark);
-  socket.set(zmq::sockopt::rcvhwm, high_water_mark);
+void configure(zmq::socket_t& socket, const KeyPair& keys, int receive_mark) {
+  socket.set(zmq::sockopt::sndhwm, send_mark);
+  socket.set(zmq::sockopt::rcvhwm, receive_mark);
   socket.set(zmq::sockopt::maxmsgsize, static_cast<int64_t>(wire::max_message_bytes));
   socket.set(zmq::sockopt::heartbeat_ivl, heartbeat_interval_ms);
   socket.set(zmq::sockopt::heartbeat_timeout, heartbeat_timeout_ms);
@@ -36,13 +40,13 @@ void configure(zmq::socket_t& socket, const KeyPair& keys) {
 }  // namespace
 
 void configure_device_socket(zmq::socket_t& socket, const KeyPair& keys, const std::string& host_public_key) {
-  configure(socket, keys);
+  configure(socket, keys, device_receive_mark);
   socket.set(zmq::sockopt::curve_serverkey, host_public_key);
   socket.set(zmq::sockopt::reconnect_ivl, -1);
 }
 
 void configure_host_socket(zmq::socket_t& socket, const KeyPair& keys) {
-  configure(socket, keys);
+  configure(socket, keys, host_receive_mark);
   socket.set(zmq::sockopt::curve_server, true);
   socket.set(zmq::sockopt::zap_domain, "gyre");
   socket.set(zmq::sockopt::router_mandatory, true);  // sending to a device that left is an error, not silence

@@ -44,7 +44,8 @@ Result<Survey::Sex> read_table(const std::filesystem::path& file) {
   std::array<std::size_t, columns.size()> at{};
   for (std::size_t c = 0; c < columns.size(); ++c) {
     at[c] = std::find(header.begin(), header.end(), columns[c].name) - header.begin();
-    if (at[c] == header.size()) return fail("table without column '" + std::string(columns[c].name) + "'", file.string());
+    if (at[c] == header.size())
+      return fail("table without column '" + std::string(columns[c].name) + "'", file.string());
   }
   Survey::Sex sex;
   for (int row = 2; std::getline(lines, line); ++row) {

@@ -22,7 +22,8 @@ void AtlasSpace::cover(const std::vector<Eigen::Vector2d>& uv, const std::vector
 }
 
 std::optional<Eigen::Vector2d> AtlasSpace::take(const Eigen::Vector2d& size) {
-  const int width = static_cast<int>(std::ceil(size.x() * cells_)), height = static_cast<int>(std::ceil(size.y() * cells_));
+  const int width = static_cast<int>(std::ceil(size.x() * cells_)),
+            height = static_cast<int>(std::ceil(size.y() * cells_));
   const std::size_t stride = static_cast<std::size_t>(cells_) + 1;
   std::vector<int> sum(stride * stride, 0);  // covered cells above and left of a corner
   for (int y = 0; y < cells_; ++y)

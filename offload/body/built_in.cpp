@@ -23,7 +23,7 @@ using Bones = std::initializer_list<Bone>;
 // A point of the surface, for the character's left half (x >= 0) and the midline.
 struct CagePoint {
   Eigen::Vector3d position;
-  Eigen::Vector3d centre;        // of its ring: what girth grows away from
+  Eigen::Vector3d centre;  // of its ring: what girth grows away from
   std::map<int, double> bones;
   BodyRegion region;
 };
@@ -82,9 +82,9 @@ class HalfHuman {
   // Corners centre -a-b, -a+b... in the order (-up, +across), (-up, -across), (+up, -across), (+up, +across).
   Ring box(const std::string& name, const Eigen::Vector3d& centre, const Eigen::Vector3d& up,
            const Eigen::Vector3d& across, Bones bones, BodyRegion region) {
-    Ring ring = {
-        point(centre - up + across, centre, bones, region), point(centre - up - across, centre, bones, region),
-        point(centre + up - across, centre, bones, region), point(centre + up + across, centre, bones, region)};
+    Ring ring = {point(centre - up + across, centre, bones, region), point(centre - up - across, centre, bones, region),
+                 point(centre + up - across, centre, bones, region),
+                 point(centre + up + across, centre, bones, region)};
     return rings[name] = ring;
   }
 
@@ -173,21 +173,24 @@ void HalfHuman::trunk() {
                                  {{"spine", 0.5}, {"chest", 0.5}}, torso);
   const Ring armpit = half_section("armpit", {1.275, 0.115, 0.15, 0.06, -0.075, -0.1},
                                    {{"chest", 0.4}, {"upperChest", 0.6}}, {{"chest", 0.4}, {"upperChest", 0.6}}, torso);
-  const Ring shoulder =
-      half_section("shoulder", {1.375, 0.085, 0.15, 0.035, -0.07, -0.09}, {{"upperChest", 1}},
-                   {{"upperChest", 0.3}, {"leftShoulder", 0.5}, {"leftUpperArm", 0.2}}, torso);
+  const Ring shoulder = half_section("shoulder", {1.375, 0.085, 0.15, 0.035, -0.07, -0.09}, {{"upperChest", 1}},
+                                     {{"upperChest", 0.3}, {"leftShoulder", 0.5}, {"leftUpperArm", 0.2}}, torso);
   const Ring collar = half_section("collar", {1.425, 0.045, 0.06, 0.025, -0.055, -0.075},
                                    {{"upperChest", 0.6}, {"neck", 0.4}}, {{"upperChest", 0.6}, {"neck", 0.4}}, torso);
   const Ring neck = half_section("neck", {1.465, 0.045, 0.05, 0.025, -0.05, -0.07}, {{"neck", 0.8}, {"head", 0.2}},
                                  {{"neck", 0.8}, {"head", 0.2}}, head);
-  const Ring chin = half_section("chin", {1.485, 0.098, 0.056, 0.03, -0.05, -0.078}, {{"head", 1}}, {{"head", 1}}, head);
-  const Ring mouth = half_section("mouth", {1.52, 0.105, 0.062, 0.05, -0.055, -0.088}, {{"head", 1}}, {{"head", 1}}, head);
-  const Ring nose = half_section("nose", {1.552, 0.122, 0.068, 0.055, -0.06, -0.095}, {{"head", 1}}, {{"head", 1}}, head);
+  const Ring chin =
+      half_section("chin", {1.485, 0.098, 0.056, 0.03, -0.05, -0.078}, {{"head", 1}}, {{"head", 1}}, head);
+  const Ring mouth =
+      half_section("mouth", {1.52, 0.105, 0.062, 0.05, -0.055, -0.088}, {{"head", 1}}, {{"head", 1}}, head);
+  const Ring nose =
+      half_section("nose", {1.552, 0.122, 0.068, 0.055, -0.06, -0.095}, {{"head", 1}}, {{"head", 1}}, head);
   const Ring eyes = half_section("eyes", {1.59, 0.1, 0.07, 0.062, -0.062, -0.1}, {{"head", 1}}, {{"head", 1}}, head);
   const Ring brow = half_section("brow", {1.62, 0.1, 0.071, 0.06, -0.062, -0.1}, {{"head", 1}}, {{"head", 1}}, head);
   const Ring forehead =
       half_section("forehead", {1.665, 0.085, 0.06, 0.045, -0.055, -0.085}, {{"head", 1}}, {{"head", 1}}, head);
-  const Ring crown = half_section("crown", {1.694, 0.035, 0.028, 0.015, -0.03, -0.04}, {{"head", 1}}, {{"head", 1}}, head);
+  const Ring crown =
+      half_section("crown", {1.694, 0.035, 0.028, 0.015, -0.03, -0.04}, {{"head", 1}}, {{"head", 1}}, head);
   for (const Ring* front : {&chin, &mouth, &nose, &eyes, &brow})
     for (int i : {0, 1}) points[(*front)[i]].region = face;
   for (int i : {0, 1}) points[chin[i]].bones = {{humanoid_bone("head"), 0.4}, {humanoid_bone("jaw"), 0.6}};
@@ -238,8 +241,7 @@ void HalfHuman::hand(const Eigen::Vector3d& along, const Eigen::Vector3d& up, co
                      const Ring& wrist_ring) {
   using enum BodyRegion;
   const Eigen::Vector3d across = Eigen::Vector3d::UnitZ();
-  const Ring palm =
-      box("palm", wrist + 0.045 * along, 0.013 * up, 0.034 * across, {{"leftHand", 1}}, left_hand);
+  const Ring palm = box("palm", wrist + 0.045 * along, 0.013 * up, 0.034 * across, {{"leftHand", 1}}, left_hand);
   sweep(on, wrist_ring, palm, true, 3);  // column 3, the front, is the thumb's
 
   // Five pairs of knuckle points between and beside the fingers, from the index finger's side to the little one's.
@@ -300,10 +302,9 @@ void HalfHuman::leg() {
   const auto section = [&](const std::string& name, double y, double x, double wide, double front, double back,
                            Bones bones, BodyRegion region) {
     const Eigen::Vector3d centre(x, y, 0.5 * (front + back));
-    return rings[name] = {point({x + wide, y, front}, centre, bones, region),
-                          point({x - wide, y, front}, centre, bones, region),
-                          point({x - wide, y, back}, centre, bones, region),
-                          point({x + wide, y, back}, centre, bones, region)};
+    return rings[name] = {
+               point({x + wide, y, front}, centre, bones, region), point({x - wide, y, front}, centre, bones, region),
+               point({x - wide, y, back}, centre, bones, region), point({x + wide, y, back}, centre, bones, region)};
   };
   const auto next = [&](const std::string& name, double y, double x, double wide, double front, double back,
                         Bones bones) {
@@ -329,10 +330,9 @@ void HalfHuman::leg() {
   last = {ankle[0], ankle[1], sole[1], sole[0]};
   const auto forward = [&](const std::string& name, double z, double x, double wide, double top, Bones bones) {
     const Eigen::Vector3d centre(x, 0.5 * top, z);
-    const Ring ring = {point({x + wide, top, z}, centre, bones, left_foot),
-                       point({x - wide, top, z}, centre, bones, left_foot),
-                       point({x - wide, 0, z}, centre, bones, left_foot),
-                       point({x + wide, 0, z}, centre, bones, left_foot)};
+    const Ring ring = {
+        point({x + wide, top, z}, centre, bones, left_foot), point({x - wide, top, z}, centre, bones, left_foot),
+        point({x - wide, 0, z}, centre, bones, left_foot), point({x + wide, 0, z}, centre, bones, left_foot)};
     sweep(foot, last, ring, true);
     last = rings[name] = ring;
   };
@@ -403,8 +403,7 @@ WholeCage whole(HalfHuman half) {
   for (const ChartFace& f : half.faces) {
     const Chart& c = half.charts[f.chart];
     CageFace face{f.corners, {}};
-    for (const auto& uv : f.uv)
-      face.uv.push_back(c.corner + c.density * Eigen::Vector2d(uv.x() * c.width, uv.y()));
+    for (const auto& uv : f.uv) face.uv.push_back(c.corner + c.density * Eigen::Vector2d(uv.x() * c.width, uv.y()));
     CageFace other = face;
     for (int& corner : other.corners) corner = cage.mirror[corner];
     for (auto& uv : other.uv) uv.x() = 1 - uv.x();
@@ -436,7 +435,9 @@ std::vector<ShapeRule> shape_rules() {
   return {
       {"stature", [](const CagePoint& p) { return Eigen::Vector3d(0.04 * p.position); }},
       {"girth",
-       [](const CagePoint& p) { return Eigen::Vector3d((is_slender(p.region) ? 0.02 : 0.1) * (p.position - p.centre)); }},
+       [](const CagePoint& p) {
+         return Eigen::Vector3d((is_slender(p.region) ? 0.02 : 0.1) * (p.position - p.centre));
+       }},
       {"legLength",  // at the same stature
        [=](const CagePoint& p) {
          return Eigen::Vector3d(0, stretched(p.position.y(), 0.03, -0.03 * crotch / (collar - crotch)), 0);
@@ -528,9 +529,10 @@ std::vector<Joint> make_joints(const HalfHuman& half, const std::vector<int>& mi
 }
 
 std::map<std::string, int> make_landmarks(const HalfHuman& half, const std::vector<int>& mirror) {
-  std::map<std::string, int> landmarks = {
-      {"crown", half.rings.at("crown")[3]}, {"chin", half.rings.at("chin")[0]},
-      {"noseTip", half.rings.at("nose")[0]}, {"crotch", half.rings.at("crotch")[0]}};
+  std::map<std::string, int> landmarks = {{"crown", half.rings.at("crown")[3]},
+                                          {"chin", half.rings.at("chin")[0]},
+                                          {"noseTip", half.rings.at("nose")[0]},
+                                          {"crotch", half.rings.at("crotch")[0]}};
   const std::map<std::string, int> left = {
       {"leftShoulder", half.rings.at("upperArm")[3]}, {"leftElbow", half.rings.at("elbow")[2]},
       {"leftWrist", half.rings.at("wrist")[2]},       {"leftFingertip", half.rings.at("Middle3")[2]},

@@ -13,7 +13,9 @@ struct Edge {
   std::vector<int> faces;
 };
 
-std::pair<int, int> edge_key(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
+std::pair<int, int> edge_key(int a, int b) {
+  return {std::min(a, b), std::max(a, b)};
+}
 
 }  // namespace
 

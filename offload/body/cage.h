@@ -10,7 +10,7 @@
 namespace gyre {
 
 struct CageFace {
-  std::vector<int> corners;          // counter-clockwise seen from outside
+  std::vector<int> corners;         // counter-clockwise seen from outside
   std::vector<Eigen::Vector2d> uv;  // one a corner
 };
 

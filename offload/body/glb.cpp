@@ -87,7 +87,8 @@ Result<std::string_view> GlbReader::view_bytes(const nlohmann::json& index) cons
   const nlohmann::json* view = element(json_, "bufferViews", index);
   if (!view) return fail("no such buffer view", where_ + " " + index.dump());
   const auto offset = whole(*view, "byteOffset", 0), length = whole(*view, "byteLength", std::nullopt);
-  if (!offset || !length || *offset > binary_.size() || *length > binary_.size() - *offset || view->contains("byteStride"))
+  if (!offset || !length || *offset > binary_.size() || *length > binary_.size() - *offset ||
+      view->contains("byteStride"))
     return fail("buffer view outside the buffer", where_ + " " + index.dump());
   return std::string_view(binary_).substr(*offset, *length);
 }

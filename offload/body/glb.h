@@ -40,8 +40,7 @@ struct GlbWriter {
   }
   // Index of a new accessor of `type` ("SCALAR", "VEC3", ...) on a new view of `values`.
   template <class T>
-  int add_accessor(const std::vector<T>& values, const std::string& type, int width,
-                   gltf::Target target = gltf::none) {
+  int add_accessor(const std::vector<T>& values, const std::string& type, int width, gltf::Target target = gltf::none) {
     const int view = add_view(values, target);
     json["accessors"].push_back({{"bufferView", view},
                                  {"componentType", component_type<T>()},

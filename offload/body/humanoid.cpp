@@ -68,17 +68,19 @@ std::string mirrored_name(std::string_view name) {
 
 const std::array<std::string_view, 52>& arkit_expressions() {
   static constexpr std::array<std::string_view, 52> names = {
-      "browDownLeft",     "browDownRight",      "browInnerUp",        "browOuterUpLeft",   "browOuterUpRight",
-      "cheekPuff",        "cheekSquintLeft",    "cheekSquintRight",   "eyeBlinkLeft",      "eyeBlinkRight",
-      "eyeLookDownLeft",  "eyeLookDownRight",   "eyeLookInLeft",      "eyeLookInRight",    "eyeLookOutLeft",
-      "eyeLookOutRight",  "eyeLookUpLeft",      "eyeLookUpRight",     "eyeSquintLeft",     "eyeSquintRight",
-      "eyeWideLeft",      "eyeWideRight",       "jawForward",         "jawLeft",           "jawOpen",
-      "jawRight",         "mouthClose",         "mouthDimpleLeft",    "mouthDimpleRight",  "mouthFrownLeft",
-      "mouthFrownRight",  "mouthFunnel",        "mouthLeft",          "mouthLowerDownLeft", "mouthLowerDownRight",
-      "mouthPressLeft",   "mouthPressRight",    "mouthPucker",        "mouthRight",        "mouthRollLower",
-      "mouthRollUpper",   "mouthShrugLower",    "mouthShrugUpper",    "mouthSmileLeft",    "mouthSmileRight",
-      "mouthStretchLeft", "mouthStretchRight",  "mouthUpperUpLeft",   "mouthUpperUpRight", "noseSneerLeft",
-      "noseSneerRight",   "tongueOut"};
+      "browDownLeft",      "browDownRight",      "browInnerUp",         "browOuterUpLeft",
+      "browOuterUpRight",  "cheekPuff",          "cheekSquintLeft",     "cheekSquintRight",
+      "eyeBlinkLeft",      "eyeBlinkRight",      "eyeLookDownLeft",     "eyeLookDownRight",
+      "eyeLookInLeft",     "eyeLookInRight",     "eyeLookOutLeft",      "eyeLookOutRight",
+      "eyeLookUpLeft",     "eyeLookUpRight",     "eyeSquintLeft",       "eyeSquintRight",
+      "eyeWideLeft",       "eyeWideRight",       "jawForward",          "jawLeft",
+      "jawOpen",           "jawRight",           "mouthClose",          "mouthDimpleLeft",
+      "mouthDimpleRight",  "mouthFrownLeft",     "mouthFrownRight",     "mouthFunnel",
+      "mouthLeft",         "mouthLowerDownLeft", "mouthLowerDownRight", "mouthPressLeft",
+      "mouthPressRight",   "mouthPucker",        "mouthRight",          "mouthRollLower",
+      "mouthRollUpper",    "mouthShrugLower",    "mouthShrugUpper",     "mouthSmileLeft",
+      "mouthSmileRight",   "mouthStretchLeft",   "mouthStretchRight",   "mouthUpperUpLeft",
+      "mouthUpperUpRight", "noseSneerLeft",      "noseSneerRight",      "tongueOut"};
   return names;
 }
 

@@ -48,12 +48,18 @@ JointRegressor fit_regressor(const Eigen::MatrixXf& samples, const std::vector<i
 }
 
 std::vector<int> vertices_around(const std::vector<Eigen::Vector3d>& positions, const std::vector<int>& vertices,
-                                 const Eigen::Vector3d& joint, std::size_t pool, std::size_t count) {
+                                 const Eigen::Vector3d& joint, std::size_t count) {
+  constexpr double reach = 3;
+  constexpr std::size_t least_pool = 300;
   std::vector<int> near = vertices;
   std::stable_sort(near.begin(), near.end(), [&](int a, int b) {
     return (positions[a] - joint).squaredNorm() < (positions[b] - joint).squaredNorm();
   });
-  if (near.size() > pool) near.resize(pool);
+  if (near.empty()) return {};
+  const double farthest = reach * (positions[near[0]] - joint).norm();
+  std::size_t pool = std::min(least_pool, near.size());
+  while (pool < near.size() && (positions[near[pool]] - joint).norm() < farthest) ++pool;
+  near.resize(pool);
   std::vector<double> distance(near.size(), std::numeric_limits<double>::infinity());
   std::vector<int> chosen;
   std::size_t next = 0;

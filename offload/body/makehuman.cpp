@@ -11,13 +11,16 @@ namespace {
 
 constexpr double metres_per_unit = 0.1;
 
-bool is_base_vertex(long vertex) { return vertex >= 0 && vertex < BaseRanges::count; }
+bool is_base_vertex(long vertex) {
+  return vertex >= 0 && vertex < BaseRanges::count;
+}
 
 Result<TriangleMesh> read_mesh(const std::filesystem::path& file) {
   Result<TriangleMesh> mesh = read_obj(file);
   if (!mesh) return mesh;
   for (Eigen::Vector3d& v : mesh->vertices) v *= metres_per_unit;
-  if (mesh->uv_triangles.size() != mesh->triangles.size()) return fail("mesh without texture coordinates", file.string());
+  if (mesh->uv_triangles.size() != mesh->triangles.size())
+    return fail("mesh without texture coordinates", file.string());
   return mesh;
 }
 
@@ -48,8 +51,8 @@ Result<void> read_targets(const std::filesystem::path& file, const Wanted& wante
     for (int e = start[k]; e < start[k + 1]; ++e) {
       if (!is_base_vertex(index[e])) return fail("target moves a vertex that is not there", file.string() + " " + name);
       target.vertices.push_back(index[e]);
-      target.offsets.emplace_back(unit * Eigen::Vector3f(static_cast<float>(x[e]), static_cast<float>(y[e]),
-                                                         static_cast<float>(z[e])));
+      target.offsets.emplace_back(
+          unit * Eigen::Vector3f(static_cast<float>(x[e]), static_cast<float>(y[e]), static_cast<float>(z[e])));
     }
     targets[short_name] = std::move(target);
   }
@@ -154,8 +157,7 @@ Result<BoundMesh> read_bound_mesh(const std::filesystem::path& folder, const std
       return fail("bad scale", file.string());
     scale[axis] = std::abs(base.vertices[a][axis] - base.vertices[b][axis]) / (metres_per_unit * distance);
   }
-  if (bound.binding.size() != bound.mesh.vertices.size())
-    return fail("bindings do not match the mesh", file.string());
+  if (bound.binding.size() != bound.mesh.vertices.size()) return fail("bindings do not match the mesh", file.string());
   return bound;
 }
 
@@ -196,7 +198,8 @@ Result<Sources> read_sources(const std::filesystem::path& folder) {
   sources.teeth = std::move(*teeth);
 
   sources.notices =
-      "Mesh, targets, rig, eyes, teeth, tongue and lashes: MakeHuman community (makehuman, mpfb2 and makehuman-assets), "
+      "Mesh, targets, rig, eyes, teeth, tongue and lashes: MakeHuman community (makehuman, mpfb2 and "
+      "makehuman-assets), "
       "CC0 1.0. Face units: Mika Suominen (extra-targets), CC0 1.0. Body statistics: ANSUR II, US Army 2012, public "
       "release.";
   return sources;

@@ -3,8 +3,8 @@
 
 #include "common/bundle/atomic_file.h"
 
-#include <cstring>
 #include <zlib.h>
+#include <cstring>
 
 namespace gyre {
 namespace {
@@ -107,7 +107,8 @@ Result<NpzArrays> read_npz(const std::filesystem::path& file) {
   for (std::size_t member = 0; member < count; ++member) {
     const std::size_t method = archive.number(at + 10, 2), crc = archive.number(at + 16, 4);
     const std::size_t packed_size = archive.number(at + 20, 4), size = archive.number(at + 24, 4);
-    const std::size_t name_size = archive.number(at + 28, 2), skip = archive.number(at + 30, 2) + archive.number(at + 32, 2);
+    const std::size_t name_size = archive.number(at + 28, 2),
+                      skip = archive.number(at + 30, 2) + archive.number(at + 32, 2);
     const std::size_t local = archive.number(at + 42, 4);
     const bool is_entry = archive.number(at, 4) == directory_entry && archive.number(local, 4) == local_entry;
     std::string name(archive.slice(at + 46, name_size));

@@ -44,7 +44,8 @@ class BodySampler {
 
   // A body like `person`; empty when the parameters cannot make one.
   std::vector<Eigen::Vector3d> draw(const Survey::Sex& sex, bool male, Random& random) const {
-    const Person& person = sex.people[static_cast<std::size_t>(random.uniform() * static_cast<double>(sex.people.size()))];
+    const Person& person =
+        sex.people[static_cast<std::size_t>(random.uniform() * static_cast<double>(sex.people.size()))];
     MacroShape shape;
     const double toward_average = std::abs(random.normal(0, 0.12, -0.4, 0.4));
     shape.gender = male ? 1 - toward_average : toward_average;

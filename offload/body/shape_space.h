@@ -26,9 +26,9 @@ Result<std::vector<std::vector<Eigen::Vector3f>>> sample_bodies(const Sources& s
                                                                 const BodySampleOptions& options);
 
 struct ShapeSpace {
-  Eigen::VectorXd mean;             // 3 a vertex
-  Eigen::MatrixXd components;       // one a column, of one standard deviation length
-  Eigen::VectorXd explained;        // share of the weighted variance, one a component
+  Eigen::VectorXd mean;        // 3 a vertex
+  Eigen::MatrixXd components;  // one a column, of one standard deviation length
+  Eigen::VectorXd explained;   // share of the weighted variance, one a component
 };
 
 // Principal components of sample rows (samples x 3 vertices) by the eigenvectors of the samples' Gram matrix (Turk and

@@ -63,8 +63,8 @@ std::vector<Eigen::Affine3d> joint_transforms(const BodyTemplate& body, const st
   std::vector<Eigen::Affine3d> posed_from_rest(body.joints.size());
   for (std::size_t j = 0; j < body.joints.size(); ++j) {
     const double angle = pose.rotations[j].norm();
-    const Eigen::AngleAxisd turn(angle, angle > 0 ? Eigen::Vector3d(pose.rotations[j] / angle)
-                                                  : Eigen::Vector3d(Eigen::Vector3d::UnitX()));
+    const Eigen::AngleAxisd turn(
+        angle, angle > 0 ? Eigen::Vector3d(pose.rotations[j] / angle) : Eigen::Vector3d(Eigen::Vector3d::UnitX()));
     const Eigen::Affine3d about_joint =
         Eigen::Translation3d(rest_joints[j]) * turn * Eigen::Translation3d(-rest_joints[j]);
     const int parent = body.joints[j].parent;

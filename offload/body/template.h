@@ -45,27 +45,39 @@ struct TemplatePart {
 };
 
 // What region of the body a vertex lies in, for weights of the fit and of the texture.
-enum class BodyRegion : std::uint8_t { torso, head, face, left_arm, right_arm, left_hand, right_hand, left_leg, right_leg,
-                                       left_foot, right_foot, inner };
+enum class BodyRegion : std::uint8_t {
+  torso,
+  head,
+  face,
+  left_arm,
+  right_arm,
+  left_hand,
+  right_hand,
+  left_leg,
+  right_leg,
+  left_foot,
+  right_foot,
+  inner
+};
 
 struct BodyTemplate {
-  std::string name;         // "gyre-human 1", "built-in"
-  std::string checksum;     // SHA-256 of the file; of the generator's version for the built-in one
-  std::string notices;      // licences of what it was made from
-  bool built_in = false;    // true: the generated stand-in without a face
+  std::string name;       // "gyre-human 1", "built-in"
+  std::string checksum;   // SHA-256 of the file; of the generator's version for the built-in one
+  std::string notices;    // licences of what it was made from
+  bool built_in = false;  // true: the generated stand-in without a face
 
   // Mean shape in the rest pose: metres, +Y up, facing +Z, soles on y = 0. Part "body" comes first.
-  TriangleMesh mesh;        // vertices, triangles, uv, uv_triangles
+  TriangleMesh mesh;  // vertices, triangles, uv, uv_triangles
   std::vector<TemplatePart> parts;
-  std::vector<SkinWeights> skin;      // one a vertex
-  std::vector<Joint> joints;          // the VRM humanoid bones
-  std::vector<BodyRegion> regions;    // one a vertex
-  std::vector<int> mirror;            // vertex -> its mirror vertex (itself on the midline), -1: none
-  std::vector<Morph> shapes;          // principal components, scaled so that one unit is one standard deviation
-  std::vector<Morph> expressions;     // ARKit names
+  std::vector<SkinWeights> skin;         // one a vertex
+  std::vector<Joint> joints;             // the VRM humanoid bones
+  std::vector<BodyRegion> regions;       // one a vertex
+  std::vector<int> mirror;               // vertex -> its mirror vertex (itself on the midline), -1: none
+  std::vector<Morph> shapes;             // principal components, scaled so that one unit is one standard deviation
+  std::vector<Morph> expressions;        // ARKit names
   std::map<std::string, int> landmarks;  // name -> vertex
 
-  int joint_index(std::string_view joint) const;  // -1: none
+  int joint_index(std::string_view joint) const;          // -1: none
   const TemplatePart* part(std::string_view part) const;  // nullptr: none
 };
 
@@ -73,7 +85,8 @@ struct BodyTemplate {
 std::vector<Eigen::Vector3d> shaped_vertices(const BodyTemplate& body, const Eigen::VectorXd& shape);
 
 // Rest position of every joint for the given rest vertices.
-std::vector<Eigen::Vector3d> joint_positions(const BodyTemplate& body, const std::vector<Eigen::Vector3d>& rest_vertices);
+std::vector<Eigen::Vector3d> joint_positions(const BodyTemplate& body,
+                                             const std::vector<Eigen::Vector3d>& rest_vertices);
 
 // A pose: root translation and one rotation vector (axis times angle, radians, in the axes of the rest pose, which are
 // the world's) a joint, applied about the joint's rest position and inherited by its children.
@@ -91,7 +104,8 @@ std::vector<Eigen::Vector3d> skin_vertices(const BodyTemplate& body, const std::
                                            const std::vector<Eigen::Affine3d>& posed_from_rest);
 
 // Inverse of skin_vertices: each vertex by the inverse of its blended matrix.
-std::vector<Eigen::Vector3d> unskin_vertices(const BodyTemplate& body, const std::vector<Eigen::Vector3d>& posed_vertices,
+std::vector<Eigen::Vector3d> unskin_vertices(const BodyTemplate& body,
+                                             const std::vector<Eigen::Vector3d>& posed_vertices,
                                              const std::vector<Eigen::Affine3d>& posed_from_rest);
 
 // Adds weight * expression to the vertices.

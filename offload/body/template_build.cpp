@@ -18,9 +18,9 @@ constexpr float tenth_of_a_millimetre = 1e-4F;
 // ancestor.
 const std::map<std::string, std::string>& source_bones() {
   static const std::map<std::string, std::string> names = [] {
-    std::map<std::string, std::string> bones = {{"hips", "spine05"},      {"spine", "spine04"}, {"chest", "spine02"},
-                                                {"upperChest", "spine01"}, {"neck", "neck01"},   {"head", "head"},
-                                                {"jaw", "jaw"}};
+    std::map<std::string, std::string> bones = {
+        {"hips", "spine05"}, {"spine", "spine04"}, {"chest", "spine02"}, {"upperChest", "spine01"},
+        {"neck", "neck01"},  {"head", "head"},     {"jaw", "jaw"}};
     for (const auto& [side, letter] : {std::pair<std::string, std::string>{"left", ".L"}, {"right", ".R"}}) {
       bones[side + "Eye"] = "eye" + letter;
       bones[side + "UpperLeg"] = "upperleg01" + letter;
@@ -59,7 +59,8 @@ Result<std::map<std::string, int>> folded_bones(const Sources& sources) {
   std::map<std::string, int> folded;
   for (const auto& [name, bone] : sources.bones) {
     std::string at = name;
-    for (std::size_t steps = 0; !kept.count(at) && steps < sources.bones.size(); ++steps) at = sources.bones.at(at).parent;
+    for (std::size_t steps = 0; !kept.count(at) && steps < sources.bones.size(); ++steps)
+      at = sources.bones.at(at).parent;
     if (!kept.count(at)) return fail("bone without a kept ancestor", name);
     folded[name] = kept.at(at);
   }
@@ -80,8 +81,7 @@ std::vector<int> joint_vertices(const Sources& sources, const std::string& bone)
 std::vector<SkinWeights> make_skin(const Sources& sources, const std::map<std::string, int>& folded,
                                    const AssembledParts& assembled) {
   const int head = humanoid_bone("head"), left_eye = humanoid_bone("leftEye"), right_eye = humanoid_bone("rightEye");
-  Eigen::MatrixXd base =
-      Eigen::MatrixXd::Zero(BaseRanges::count, static_cast<Eigen::Index>(humanoid_bones().size()));
+  Eigen::MatrixXd base = Eigen::MatrixXd::Zero(BaseRanges::count, static_cast<Eigen::Index>(humanoid_bones().size()));
   for (const auto& [name, list] : sources.weights) {
     int bone = folded.count(name) ? folded.at(name) : head;
     if (bone == left_eye || bone == right_eye) bone = head;  // lids stay when the eyes turn; expressions move them
@@ -150,13 +150,14 @@ std::vector<BodyRegion> make_regions(const BodyTemplate& body, const std::vector
 
 // Vertices of the hm08 mesh at landmarks; the left ones have their mirror on the right.
 std::map<std::string, int> make_landmarks(const BodyTemplate& body, const std::vector<Eigen::Vector3d>& joints) {
-  std::map<std::string, int> landmarks = {
-      {"crown", 881},    {"sellion", 131}, {"noseTip", 297},  {"noseBase", 5072}, {"upperLip", 467}, {"lowerLip", 495},
-      {"chin", 991},     {"navel", 4121},  {"crotch", 4372}};
-  std::map<std::string, int> left = {
-      {"leftEyeInner", 7796}, {"leftEyeOuter", 7782}, {"leftUpperLid", 7773}, {"leftLowerLid", 7787}, {"leftMouthCorner", 7272},
-      {"leftEar", 12038},     {"leftShoulder", 8226}, {"leftElbow", 10042},   {"leftWrist", 10572},   {"leftNipple", 8451},
-      {"leftKnee", 11223},    {"leftAnkle", 11444},   {"leftHeel", 12442},    {"leftToe", 11551}};
+  std::map<std::string, int> landmarks = {{"crown", 881},     {"sellion", 131},  {"noseTip", 297},
+                                          {"noseBase", 5072}, {"upperLip", 467}, {"lowerLip", 495},
+                                          {"chin", 991},      {"navel", 4121},   {"crotch", 4372}};
+  std::map<std::string, int> left = {{"leftEyeInner", 7796}, {"leftEyeOuter", 7782},    {"leftUpperLid", 7773},
+                                     {"leftLowerLid", 7787}, {"leftMouthCorner", 7272}, {"leftEar", 12038},
+                                     {"leftShoulder", 8226}, {"leftElbow", 10042},      {"leftWrist", 10572},
+                                     {"leftNipple", 8451},   {"leftKnee", 11223},       {"leftAnkle", 11444},
+                                     {"leftHeel", 12442},    {"leftToe", 11551}};
   const std::map<std::string, std::string> tips = {{"leftThumbTip", "leftThumbDistal"},
                                                    {"leftIndexTip", "leftIndexDistal"},
                                                    {"leftFingertip", "leftMiddleDistal"},
@@ -217,10 +218,9 @@ void fit_joints(BodyTemplate& body, const Sources& sources, const Eigen::MatrixX
     const std::vector<int> cube = joint_vertices(sources, humanoid_bones()[j].name);
     Eigen::MatrixXd wanted = Eigen::MatrixXd::Zero(samples.rows(), 3);
     for (Eigen::Index s = 0; s < samples.rows(); ++s)
-      for (int v : cube)
-        wanted.row(s) += bodies[s][v].cast<double>().transpose() / static_cast<double>(cube.size());
+      for (int v : cube) wanted.row(s) += bodies[s][v].cast<double>().transpose() / static_cast<double>(cube.size());
     const auto candidates = vertices_around(body.mesh.vertices, regressor_vertices(body, static_cast<int>(j)),
-                                            wanted.colwise().mean().transpose(), 400, 48);
+                                            wanted.colwise().mean().transpose(), 64);
     const JointRegressor fitted = fit_regressor(samples, candidates, wanted);
     body.joints.push_back({humanoid_bones()[j].name, humanoid_bones()[j].parent, fitted.weights});
     sum += fitted.rms;

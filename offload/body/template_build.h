@@ -18,9 +18,9 @@ struct TemplateBuildOptions {
   Result<void> check() const;
 };
 
-// The hm08 human with the 55 humanoid bones, the 52 ARKit expressions, eyes, teeth, tongue and lashes, and a shape space
-// of adults like those of ANSUR II. Rest pose as the base mesh stands (arms down and forward), soles on y = 0.
-// An error names the source file and what is wrong with it. The joints' errors go to the log.
+// The hm08 human with the 55 humanoid bones, the 52 ARKit expressions, eyes, teeth, tongue and lashes, and a shape
+// space of adults like those of ANSUR II. Rest pose as the base mesh stands (arms down and forward), soles on y = 0. An
+// error names the source file and what is wrong with it. The joints' errors go to the log.
 Result<BodyTemplate> build_template(const std::filesystem::path& sources, const TemplateBuildOptions& options = {});
 
 }  // namespace gyre

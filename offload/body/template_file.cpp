@@ -16,8 +16,9 @@ using Json = nlohmann::json;
 constexpr int format_version = 1;
 constexpr std::size_t most_vertices = 1 << 20, most_joints = 255;
 
-constexpr std::array<const char*, 12> region_names = {"torso",    "head",     "face",      "left_arm",  "right_arm",  "left_hand",
-                                                      "right_hand", "left_leg", "right_leg", "left_foot", "right_foot", "inner"};
+constexpr std::array<const char*, 12> region_names = {"torso",     "head",      "face",       "left_arm",
+                                                      "right_arm", "left_hand", "right_hand", "left_leg",
+                                                      "right_leg", "left_foot", "right_foot", "inner"};
 
 // The primitive's vertices: pairs of a template vertex and a texture coordinate.
 struct Corners {
@@ -94,10 +95,9 @@ int add_morph_target(GlbWriter& glb, const Morph& morph, const std::vector<std::
   accessor.update(box_of(zero_and_offsets));
   if (!indices.empty()) {
     const int index_view = glb.add_view(indices), offset_view = glb.add_view(offsets);
-    accessor["sparse"] = {
-        {"count", indices.size()},
-        {"indices", {{"bufferView", index_view}, {"componentType", static_cast<int>(gltf::u32)}}},
-        {"values", {{"bufferView", offset_view}}}};
+    accessor["sparse"] = {{"count", indices.size()},
+                          {"indices", {{"bufferView", index_view}, {"componentType", static_cast<int>(gltf::u32)}}},
+                          {"values", {{"bufferView", offset_view}}}};
   }
   glb.json["accessors"].push_back(std::move(accessor));
   return static_cast<int>(glb.json["accessors"].size()) - 1;
@@ -241,7 +241,8 @@ class TemplateReader {
     for (const Json& entry : extras_.at("parts")) {
       TemplatePart part;
       part.name = entry.at("name").get<std::string>();
-      const auto vertices = entry.at("vertices").get<std::uint64_t>(), triangles = entry.at("triangles").get<std::uint64_t>();
+      const auto vertices = entry.at("vertices").get<std::uint64_t>(),
+                 triangles = entry.at("triangles").get<std::uint64_t>();
       if (vertices > count - next_vertex || triangles > body_.mesh.triangles.size() - next_triangle)
         return damaged("part " + part.name);
       part.first_vertex = static_cast<int>(next_vertex);
@@ -269,7 +270,8 @@ class TemplateReader {
       if (!packed) return tl::unexpected(packed.error());
       const float step = entry.at("step").get<float>();
       Morph morph{entry.at("name").get<std::string>(), {}, {}};
-      if (packed->size() < 3 * body_.mesh.vertices.size() || !std::isfinite(step)) return damaged("shape " + morph.name);
+      if (packed->size() < 3 * body_.mesh.vertices.size() || !std::isfinite(step))
+        return damaged("shape " + morph.name);
       for (std::size_t v = 0; v < body_.mesh.vertices.size(); ++v) {
         const Eigen::Vector3f offset(step * (*packed)[3 * v], step * (*packed)[3 * v + 1], step * (*packed)[3 * v + 2]);
         if (offset.isZero()) continue;
@@ -319,8 +321,7 @@ Result<void> write_template(const BodyTemplate& body, const std::filesystem::pat
   const Corners corners = split_at_seams(body);
   const std::size_t vertices = body.mesh.vertices.size(), count = corners.vertex.size();
   std::vector<std::vector<std::uint32_t>> copies_of(vertices);
-  for (std::size_t c = vertices; c < count; ++c)
-    copies_of[corners.vertex[c]].push_back(static_cast<std::uint32_t>(c));
+  for (std::size_t c = vertices; c < count; ++c) copies_of[corners.vertex[c]].push_back(static_cast<std::uint32_t>(c));
 
   GlbWriter glb;
   std::vector<float> positions, uv, weights;
@@ -381,8 +382,8 @@ Result<void> write_template(const BodyTemplate& body, const std::filesystem::pat
     mirror.push_back(twin < 0 ? std::numeric_limits<std::uint32_t>::max() : static_cast<std::uint32_t>(twin));
   const std::vector<std::uint32_t> seam_vertices(corners.vertex.begin() + static_cast<std::ptrdiff_t>(vertices),
                                                  corners.vertex.end());
-  Json extras = {{"version", format_version}, {"name", body.name},         {"notices", body.notices},
-                 {"built_in", body.built_in}, {"joints", regressors},      {"parts", parts},
+  Json extras = {{"version", format_version}, {"name", body.name},           {"notices", body.notices},
+                 {"built_in", body.built_in}, {"joints", regressors},        {"parts", parts},
                  {"shapes", shapes},          {"landmarks", body.landmarks}, {"region_names", region_names}};
   extras["regions"] = glb.add_view(regions);
   extras["mirror"] = glb.add_view(mirror);
@@ -393,7 +394,8 @@ Result<void> write_template(const BodyTemplate& body, const std::filesystem::pat
   glb.json["meshes"] = Json::array({{{"name", body.name},
                                      {"primitives", Json::array({primitive})},
                                      {"extras", {{"targetNames", target_names}, {"gyre_template", extras}}}}});
-  glb.json["skins"] = Json::array({{{"joints", skin_joints}, {"inverseBindMatrices", inverse_bind_accessor}, {"skeleton", 0}}});
+  glb.json["skins"] =
+      Json::array({{{"joints", skin_joints}, {"inverseBindMatrices", inverse_bind_accessor}, {"skeleton", 0}}});
   glb.json["nodes"] = nodes;
   glb.json["scenes"] = Json::array({{{"nodes", {0, nodes.size() - 1}}}});
   glb.json["scene"] = 0;

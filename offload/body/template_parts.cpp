@@ -18,7 +18,8 @@ std::vector<int> components(std::size_t nodes, const std::vector<Eigen::Vector3i
     for (int k = 1; k < 3; ++k) root[find(t[k])] = find(t[0]);
   std::vector<int> label(nodes);
   std::map<int, int> labels;
-  for (std::size_t i = 0; i < nodes; ++i) label[i] = labels.try_emplace(find(static_cast<int>(i)), labels.size()).first->second;
+  for (std::size_t i = 0; i < nodes; ++i)
+    label[i] = labels.try_emplace(find(static_cast<int>(i)), labels.size()).first->second;
   return label;
 }
 
@@ -50,7 +51,7 @@ class Assembler {
     const auto tongue = in_range(BaseRanges::body, BaseRanges::tongue_end);
     const auto lashes = in_range(BaseRanges::left_lashes, BaseRanges::lashes_end);
     if (!place(sources_.base, tongue, 0.09) || !add("tongue", sources_.base, base_points_, tongue) ||
-        !place(sources_.base, lashes, 0.06) || !add("lashes", sources_.base, base_points_, lashes))
+        !place(sources_.base, lashes, 0.06) || !add("lashes", sources_.base, trimmed_lashes(), lashes))
       return fail("no space left in the atlas");
     return std::move(out_);
   }
@@ -66,31 +67,24 @@ class Assembler {
       const int twin = sources_.mirror[v];
       out_.mirror[v] = twin < BaseRanges::body ? twin : -1;
     }
-    // The trunk and the head are the two largest charts with the limbs' next; mouth and sockets are the three whose
-    // vertices all lie on the head's inside: the charts that touch the head's other than the trunk.
-    const std::vector<int> chart = components(out_.mesh.uv.size(), out_.mesh.uv_triangles);
-    std::map<int, std::set<int>> vertices_of;
-    for (std::size_t t = 0; t < out_.mesh.triangles.size(); ++t)
-      for (int k = 0; k < 3; ++k)
-        vertices_of[chart[out_.mesh.uv_triangles[t][k]]].insert(out_.mesh.triangles[t][k]);
-    std::vector<int> charts_at(out_.binding.size(), 0);
-    for (const auto& [name, vertices] : vertices_of)
-      for (int v : vertices) ++charts_at[v];
-    constexpr int crown = 881, navel = 4121;
-    for (const auto& [name, vertices] : vertices_of) {
-      const bool touches_head = std::any_of(vertices.begin(), vertices.end(), [&](int v) {
-        return charts_at[v] > 1 && vertices_of_crown(vertices_of, crown).count(v);
-      });
-      if (!touches_head || vertices.count(crown) || vertices.count(navel)) continue;
-      for (int v : vertices)
-        if (charts_at[v] == 1) out_.interior[v] = true;
-    }
+    mark_interior();
   }
 
-  static const std::set<int>& vertices_of_crown(const std::map<int, std::set<int>>& charts, int crown) {
-    for (const auto& [name, vertices] : charts)
-      if (vertices.count(crown)) return vertices;
-    return charts.begin()->second;
+  // The mouth's and the sockets' linings have charts of their own, which touch the head's chart; so does the trunk's.
+  void mark_interior() {
+    constexpr int crown = 881, navel = 4121;
+    const std::vector<int> chart = components(out_.mesh.uv.size(), out_.mesh.uv_triangles);
+    std::vector<std::set<int>> charts_at(out_.binding.size());
+    for (std::size_t t = 0; t < out_.mesh.triangles.size(); ++t)
+      for (int k = 0; k < 3; ++k) charts_at[out_.mesh.triangles[t][k]].insert(chart[out_.mesh.uv_triangles[t][k]]);
+    const int head = *charts_at[crown].begin(), trunk = *charts_at[navel].begin();
+    std::set<int> linings;
+    for (const auto& charts : charts_at)
+      if (charts.size() > 1 && charts.count(head)) linings.insert(charts.begin(), charts.end());
+    linings.erase(head);
+    linings.erase(trunk);
+    for (std::size_t v = 0; v < charts_at.size(); ++v)
+      out_.interior[v] = charts_at[v].size() == 1 && linings.count(*charts_at[v].begin());
   }
 
   // The eyes' meshes have a clear cornea around the eyeball; only the eyeball, which has the large chart, is kept.
@@ -133,6 +127,21 @@ class Assembler {
     return {};
   }
 
+  // The source's lashes are cards for a picture with transparency. Opaque, they look like lashes only when they are
+  // short: each point is drawn to the nearest point of its lid.
+  std::vector<BoundPoint> trimmed_lashes() const {
+    constexpr double kept = 0.3;
+    std::vector<BoundPoint> trimmed = base_points_;
+    const auto& at = sources_.base.vertices;
+    for (int v = BaseRanges::left_lashes; v < BaseRanges::lashes_end; ++v) {
+      int lid = 0;
+      for (int b = 0; b < BaseRanges::body; ++b)
+        if ((at[b] - at[v]).squaredNorm() < (at[lid] - at[v]).squaredNorm()) lid = b;
+      trimmed[v] = {{v, lid, lid}, {kept, 1 - kept, 0}, Eigen::Vector3d::Zero()};
+    }
+    return trimmed;
+  }
+
   // Takes space `width` wide for the charts of these triangles; the next add()s put them there.
   bool place(const TriangleMesh& mesh, const std::vector<int>& triangles, double width) {
     const Eigen::AlignedBox2d box = uv_box(mesh, triangles);
@@ -152,7 +161,8 @@ class Assembler {
         used.insert(mesh.triangles[t][k]);
         used_uv.insert(mesh.uv_triangles[t][k]);
       }
-    const auto first = static_cast<int>(out_.binding.size()), first_triangle = static_cast<int>(out_.mesh.triangles.size());
+    const auto first = static_cast<int>(out_.binding.size()),
+               first_triangle = static_cast<int>(out_.mesh.triangles.size());
     std::map<int, int> vertex, uv;
     for (int v : used) {
       vertex[v] = static_cast<int>(out_.binding.size());
@@ -183,7 +193,9 @@ class Assembler {
 
 }  // namespace
 
-Result<AssembledParts> assemble_parts(const Sources& sources) { return Assembler(sources).run(); }
+Result<AssembledParts> assemble_parts(const Sources& sources) {
+  return Assembler(sources).run();
+}
 
 std::vector<Eigen::Vector3d> bound_positions(const std::vector<BoundPoint>& binding,
                                              const std::vector<Eigen::Vector3f>& base) {

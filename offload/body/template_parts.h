@@ -16,8 +16,8 @@ struct AssembledParts {
   std::vector<TemplatePart> parts;
   std::vector<BoundPoint> binding;  // one a vertex
   TriangleMesh mesh;
-  std::vector<int> mirror;    // known pairs; -1: not known here
-  std::vector<bool> interior; // of the mouth or an eye socket, not on its rim
+  std::vector<int> mirror;     // known pairs; -1: not known here
+  std::vector<bool> interior;  // of the mouth or an eye socket, not on its rim
 };
 
 // Body first, then leftEye, rightEye, upperTeeth, lowerTeeth, tongue, lashes. The small parts get space in the body's

@@ -38,18 +38,27 @@ Morph sparse_morph(std::string name, const Eigen::MatrixXd& offsets, double leas
 BodyRegion mirrored_region(BodyRegion region) {
   using enum BodyRegion;
   switch (region) {
-    case left_arm: return right_arm;
-    case right_arm: return left_arm;
-    case left_hand: return right_hand;
-    case right_hand: return left_hand;
-    case left_leg: return right_leg;
-    case right_leg: return left_leg;
-    case left_foot: return right_foot;
-    case right_foot: return left_foot;
+    case left_arm:
+      return right_arm;
+    case right_arm:
+      return left_arm;
+    case left_hand:
+      return right_hand;
+    case right_hand:
+      return left_hand;
+    case left_leg:
+      return right_leg;
+    case right_leg:
+      return left_leg;
+    case left_foot:
+      return right_foot;
+    case right_foot:
+      return left_foot;
     case torso:
     case head:
     case face:
-    case inner: return region;
+    case inner:
+      return region;
   }
   return region;
 }

@@ -23,6 +23,7 @@ struct Edge {
   Eigen::Vector4d operator_row;   // of D_e on p1 p2 p3 p4; zero without a second triangle
   Eigen::Vector3d reference;      // D_e xbar
   double area = 0.0;
+  double stiffness = 1.0;
 };
 
 // He and Schaefer 2013, eq. 4. p1 p3 is the edge.
@@ -91,10 +92,14 @@ struct EdgeLaplacian::System {
 };
 
 EdgeLaplacian::EdgeLaplacian(std::vector<Eigen::Vector3d> reference, std::span<const Eigen::Vector3i> triangles,
-                             double membrane)
+                             double membrane, std::span<const double> vertex_stiffness)
     : system_(std::make_unique<System>()) {
   System& s = *system_;
+  assert(vertex_stiffness.empty() || vertex_stiffness.size() == reference.size());
   s.edges = make_edges(reference, triangles);
+  if (!vertex_stiffness.empty())
+    for (Edge& edge : s.edges)
+      edge.stiffness = 0.5 * (vertex_stiffness[edge.vertices[0]] + vertex_stiffness[edge.vertices[2]]);
   s.reference = std::move(reference);
   s.membrane = membrane;
   s.rotations.assign(s.edges.size(), Eigen::Matrix3d::Identity());
@@ -110,7 +115,7 @@ EdgeLaplacian::EdgeLaplacian(std::vector<Eigen::Vector3d> reference, std::span<c
     if (row >= column) entries.emplace_back(row, column, value);
   };
   for (const Edge& edge : s.edges) {
-    const double weight = edge.area / s.total_area;
+    const double weight = edge.stiffness * edge.area / s.total_area;
     for (int i = 0; i < 4; ++i)
       for (int k = 0; k < 4; ++k)
         if (edge.vertices[i] >= 0 && edge.vertices[k] >= 0)
@@ -160,7 +165,7 @@ std::vector<Eigen::Vector3d> EdgeLaplacian::solve(std::span<const Match> matches
   Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(n, 3);
   for (std::size_t e = 0; e < s.edges.size(); ++e) {
     const Edge& edge = s.edges[e];
-    const double weight = stiffness * edge.area / s.total_area;
+    const double weight = stiffness * edge.stiffness * edge.area / s.total_area;
     const Eigen::RowVector3d bend = weight * (s.rotations[e] * edge.reference).transpose();
     for (int k = 0; k < 4; ++k)
       if (edge.vertices[k] >= 0) right.row(edge.vertices[k]) += edge.operator_row[k] * bend;
@@ -204,7 +209,7 @@ double EdgeLaplacian::energy(std::span<const Eigen::Vector3d> x) const {
       if (edge.vertices[k] >= 0) bend += edge.operator_row[k] * x[edge.vertices[k]];
     const int a = edge.vertices[0], b = edge.vertices[2];
     const Eigen::Vector3d side = x[a] - x[b] - s.rotations[e] * (s.reference[a] - s.reference[b]);
-    sum += edge.area * (bend.squaredNorm() + s.membrane * side.squaredNorm());
+    sum += edge.stiffness * edge.area * (bend.squaredNorm() + s.membrane * side.squaredNorm());
   }
   return sum / s.total_area;
 }

@@ -26,9 +26,10 @@ namespace gyre {
 // kept, each solve only refactors.
 class EdgeLaplacian {
  public:
-  // reference: xbar. Triangles index it; edges with one triangle have no D_e.
+  // reference: xbar. Triangles index it; edges with one triangle have no D_e. vertex_stiffness: empty, or a factor a
+  // vertex; an edge's terms are multiplied by the mean of its ends'.
   EdgeLaplacian(std::vector<Eigen::Vector3d> reference, std::span<const Eigen::Vector3i> triangles,
-                double membrane = 0.0);
+                double membrane = 0.0, std::span<const double> vertex_stiffness = {});
   EdgeLaplacian(EdgeLaplacian&&) noexcept;
   EdgeLaplacian& operator=(EdgeLaplacian&&) noexcept;
   ~EdgeLaplacian();

@@ -20,9 +20,9 @@ nlohmann::json fit_json(const BodyTemplate& body, const PersonFit& fit) {
   constexpr double degrees = 180.0 / std::numbers::pi;
   nlohmann::json json;
   json["template"] = {{"name", body.name}, {"checksum", body.checksum}, {"built_in", body.built_in}};
-  json["translation"] = numbers(fit.state.pose.translation);
+  json["translation"] = numbers(fit.pose.translation);
   json["rotations"] = nlohmann::json::array();
-  for (const Eigen::Vector3d& rotation : fit.state.pose.rotations) json["rotations"].push_back(numbers(rotation));
+  for (const Eigen::Vector3d& rotation : fit.pose.rotations) json["rotations"].push_back(numbers(rotation));
   json["shape"] = numbers(fit.state.shape);
   json["scale"] = fit.state.scale;
   for (std::size_t j = 0; j < body.joints.size(); ++j) {
@@ -33,7 +33,7 @@ nlohmann::json fit_json(const BodyTemplate& body, const PersonFit& fit) {
     json["joint_transforms"][name] = std::vector<double>(matrix.data(), matrix.data() + 16);
   }
   json["residual_mm"] = {{"mean", 1000 * fit.residual_mean}, {"p95", 1000 * fit.residual_p95}};
-  json["yaw_deg"] = degrees * yaw_of(fit.state.pose);
+  json["yaw_deg"] = degrees * yaw_of(fit.pose);
   json["stature_mm"] = 1000 * fit.stature;
   json["facing"] = nlohmann::json::array();
   for (const FacingGuess& guess : fit.guesses)

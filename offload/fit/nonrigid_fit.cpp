@@ -14,6 +14,21 @@ double trust(BodyRegion region, double hand_weight) {
   return region == BodyRegion::left_hand || region == BodyRegion::right_hand ? hand_weight : 1.0;
 }
 
+double stiffness_of(BodyRegion region, const NonrigidFitOptions& options) {
+  switch (region) {
+    case BodyRegion::left_hand:
+    case BodyRegion::right_hand:
+      return options.hand_stiffness;
+    case BodyRegion::left_foot:
+    case BodyRegion::right_foot:
+      return options.foot_stiffness;
+    case BodyRegion::head:
+      return options.head_stiffness;
+    default:
+      return 1.0;
+  }
+}
+
 // Far pairs count less; both directions get the same sum of weights when complete.
 void weigh(std::vector<Match>& matches, const BodyTemplate& body, const std::vector<Eigen::Vector3d>& x, double radius,
            double share, double hand_weight) {
@@ -42,8 +57,10 @@ NonrigidFit fit_nonrigid(const BodyTemplate& body, const OuterSurface& outer, co
   const auto wanted = static_cast<std::size_t>(options.points_per_vertex * static_cast<double>(outer.vertices.size()));
   const OrientedPoints points = thin(cloud, cell_for_count(cloud, wanted));
   const PointIndex cloud_index(points);
+  std::vector<double> vertex_stiffness;
+  for (std::size_t v = 0; v < count; ++v) vertex_stiffness.push_back(stiffness_of(body.regions[v], options));
   EdgeLaplacian surface_energy({start.begin(), start.begin() + static_cast<std::ptrdiff_t>(count)}, triangles,
-                               options.membrane);
+                               options.membrane, vertex_stiffness);
 
   NonrigidFit fit{start, std::vector<bool>(start.size(), false)};
   const int searches = options.steps * options.searches;

@@ -24,6 +24,10 @@ struct NonrigidFitOptions {
   double min_cosine = 0.6;     // between the normals
   double max_slide = 0.015;    // metres; see match_vertices
   double hand_weight = 0.1;    // clouds of fingers are not to be relied on
+  // Factors of the stiffness where the template has details that clouds do not show one by one.
+  double hand_stiffness = 30.0;
+  double foot_stiffness = 10.0;
+  double head_stiffness = 4.0;  // ears under hair
   int threads = 0;
 };
 

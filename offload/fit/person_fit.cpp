@@ -155,7 +155,7 @@ Result<PersonFit> fit_person(const BodyTemplate& body, const PointCloud& cloud, 
   fit.vertices = std::move(surface.vertices);
 
   RestSurface rest = unpose(body, fit.vertices, posed.rest_joints, fit.state.pose);
-  fit.state.pose = std::move(rest.pose);
+  fit.pose = std::move(rest.pose);
   fit.rest_vertices = std::move(rest.vertices);
   fit.rest_joints = std::move(rest.joints);
   fit.posed_from_rest = std::move(rest.posed_from_rest);

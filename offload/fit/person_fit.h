@@ -34,7 +34,8 @@ struct FacingGuess {
 };
 
 struct PersonFit {
-  BodyState state;                                 // pose and shape; the surface below departs from it
+  BodyState state;                                 // of the coarse fit; the surface below departs from it
+  BodyPose pose;                                   // its rotations, with the translation that belongs to rest_joints
   std::vector<Eigen::Vector3d> vertices;           // posed, world, whole template
   std::vector<Eigen::Vector3d> rest_vertices;      // unposed, soles on y = 0
   std::vector<Eigen::Vector3d> rest_joints;        // regressed from them

@@ -46,9 +46,8 @@ class Desk {
   struct Conversation {
     std::string key;
     std::string device_name;
-    std::uint64_t credit = 0;      // what the device may still send
-    std::uint64_t spent = 0;       // what it has sent and may have back
-    std::set<std::string> scans;   // opened here, and therefore its own
+    std::uint64_t spent = 0;      // credit for what was stored since the last grant
+    std::set<std::string> scans;  // opened here, and therefore its own
     std::chrono::steady_clock::time_point last_heard;
   };
   struct Handler;

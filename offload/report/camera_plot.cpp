@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/report/camera_plot.h"
 
+#include "offload/report/json_fields.h"
+
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
@@ -75,9 +77,7 @@ std::string cameras_from_above(const ReportFacts& facts) {
 std::string cameras_from_side(const ReportFacts& facts) {
   const std::vector<Station> all = stations(facts);
   if (all.empty()) return {};
-  double stature = 1.7;
-  if (facts.scene.is_object() && facts.scene.contains("height_mm") && facts.scene["height_mm"].is_number())
-    stature = facts.scene["height_mm"].get<double>() / 1000;
+  const double stature = number_at(facts.scene, "/height_mm", 1700) / 1000;
   double far = 1.0, top = stature;
   for (const Station& s : all) {
     far = std::max(far, std::hypot(s.centre.x(), s.centre.z()));

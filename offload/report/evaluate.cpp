@@ -8,6 +8,7 @@
 #include "common/render/rasterise.h"
 #include "offload/body/template.h"
 #include "offload/report/camera_errors.h"
+#include "offload/report/json_fields.h"
 #include "offload/report/statistics.h"
 #include "offload/report/surface_errors.h"
 #include "offload/report/truth.h"
@@ -98,6 +99,8 @@ struct AlignedFit {
 Result<AlignedFit> align_fit(const Inputs& in) {
   auto posed = read_ply(in.bundle.work("fit") / "posed.ply");
   if (!posed) return tl::unexpected(posed.error());
+  if (posed->triangles.empty())
+    return fail("the fitted mesh has no triangles", "work/fit/posed.ply", "run the stage fit again");
   AlignedFit fit;
   fit.posed = std::move(*posed);
   // Start from the cameras; for the rigid one, about the middle of the fit, so that a wrong scale does not move it
@@ -187,7 +190,7 @@ Result<Textured> textured_fit(const Inputs& in, const json& fit, const TriangleM
   if (textured.albedo.empty()) return fail("cannot read the texture", file.string(), "run the stage texture again");
   auto body = find_template(in.options.body_template);
   if (!body) return tl::unexpected(body.error());
-  if (fit.value(json::json_pointer("/template/checksum"), "") != body->checksum)
+  if (text_at(fit, "/template/checksum") != body->checksum)
     return fail("the fit was made with another template than " + body->name, "", "give that template with --template");
   if (posed.vertices.size() != body->mesh.vertices.size())
     return fail("the fitted mesh does not have the template's vertices", "work/fit/posed.ply",

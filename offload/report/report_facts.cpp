@@ -2,6 +2,7 @@
 #include "offload/report/report_facts.h"
 
 #include "common/bundle/atomic_file.h"
+#include "offload/report/json_fields.h"
 
 #include <fmt/format.h>
 #include <cmath>
@@ -14,22 +15,6 @@ using nlohmann::json;
 
 constexpr const char* stage_order[] = {"cameras", "cloud", "landmarks", "masks",   "poses",
                                        "shape",   "fit",   "detail",    "texture", "avatar"};
-
-// Value at a JSON pointer when it is there and of the right kind: files of other versions may lack or change it.
-double number_at(const json& j, const char* pointer, double otherwise) {
-  const json::json_pointer at(pointer);
-  return j.is_object() && j.contains(at) && j.at(at).is_number() ? j.at(at).get<double>() : otherwise;
-}
-
-std::string text_at(const json& j, const char* pointer) {
-  const json::json_pointer at(pointer);
-  return j.is_object() && j.contains(at) && j.at(at).is_string() ? j.at(at).get<std::string>() : std::string();
-}
-
-bool flag_at(const json& j, const char* pointer) {
-  const json::json_pointer at(pointer);
-  return j.is_object() && j.contains(at) && j.at(at).is_boolean() && j.at(at).get<bool>();
-}
 
 // Null when the file is not there; a damaged one is a warning too.
 json read_object(const std::filesystem::path& file, std::vector<std::string>& warnings) {
@@ -98,10 +83,11 @@ std::string summarise(const ReportFacts& facts) {
   }
   if (!facts.model.images.empty())
     text += fmt::format(" {} of {} keyframes found their place.", facts.model.images.size(), facts.keyframes.size());
-  if (const double stature = number_at(facts.fit, "/stature_mm", 0); stature > 0)
+  if (const double stature = number_at(facts.fit, "/stature_mm", 0); stature > 0) {
     text += fmt::format(" The body is {:.2f} m tall", stature / 1000);
-  if (const double residual = number_at(facts.fit, "/residual_mm/mean", -1); residual >= 0)
-    text += fmt::format(" and lies within {:.1f} mm of the cloud on average.", residual);
+    const double residual = number_at(facts.fit, "/residual_mm/mean", -1);
+    text += residual >= 0 ? fmt::format(" and lies within {:.1f} mm of the cloud on average.", residual) : ".";
+  }
   double seconds = 0, memory = 0;
   for (const StageFacts& stage : facts.stages) {
     seconds += stage.seconds;

@@ -2,6 +2,7 @@
 #include "offload/report/report_page.h"
 
 #include "offload/report/camera_plot.h"
+#include "offload/report/json_fields.h"
 
 #include <fmt/format.h>
 #include <algorithm>
@@ -73,9 +74,7 @@ std::string header(const ReportFacts& facts) {
   fact("Taken", scan.created);
   fact("Mode", scan.mode);
   fact("Height given", scan.height_mm ? fmt::format("{:.0f} mm", *scan.height_mm) : "no");
-  if (facts.fit.is_object() && facts.fit.contains("template") && facts.fit["template"].is_object() &&
-      facts.fit["template"].contains("name") && facts.fit["template"]["name"].is_string())
-    fact("Template", facts.fit["template"]["name"].get<std::string>());
+  fact("Template", text_at(facts.fit, "/template/name"));
   if (facts.avatar_bytes > 0) fact("Avatar", fmt::format("{:.1f} MB", static_cast<double>(facts.avatar_bytes) / 1e6));
   html += "</p>";
   if (!facts.warnings.empty()) {
@@ -97,9 +96,8 @@ std::string avatar_section(const ReportPictures& pictures) {
 
 std::string cloud_section(const ReportFacts& facts, const ReportPictures& pictures) {
   if (pictures.cloud[0].empty()) return {};
-  std::string points;
-  if (facts.cloud.is_object() && facts.cloud.contains("points") && facts.cloud["points"].is_number())
-    points = fmt::format(" of {:.0f} thousand points", facts.cloud["points"].get<double>() / 1000);
+  const double count = number_at(facts.cloud, "/points", 0);
+  const std::string points = count > 0 ? fmt::format(" of {:.0f} thousand points", count / 1000) : "";
   return "<section><h2>Point cloud" + points + "</h2><div class=\"row two\">" + picture(pictures.cloud[0], "front") +
          picture(pictures.cloud[1], "its left") + "</div></section>";
 }

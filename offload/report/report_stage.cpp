@@ -5,6 +5,7 @@
 #include "common/mesh/mesh_io.h"
 #include "common/parallel/parallel.h"
 #include "offload/body/template.h"
+#include "offload/report/json_fields.h"
 #include "offload/report/pictures.h"
 #include "offload/report/report_facts.h"
 #include "offload/report/report_page.h"
@@ -57,7 +58,7 @@ std::array<std::string, 4> avatar_pictures(const StageContext& context, const Re
   cv::Mat texture = read_picture(context.bundle.work("texture") / "albedo.png");
   if (!texture.empty()) {
     const auto body = find_template(context.options.value("template", std::string()));
-    const std::string checksum = facts.fit.is_object() ? facts.fit.value("/template/checksum"_json_pointer, "") : "";
+    const std::string checksum = text_at(facts.fit, "/template/checksum");
     if (body && body->checksum == checksum && body->mesh.vertices.size() == mesh->vertices.size()) {
       mesh->triangles = body->mesh.triangles;
       mesh->uv = body->mesh.uv;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace gyre {
@@ -47,7 +48,7 @@ std::vector<Eigen::Vector3d> sample_surface(const TriangleMesh& mesh, std::size_
 
 std::vector<double> distances_to_surface(std::span<const Eigen::Vector3d> points, const TriangleMesh& mesh,
                                          int threads) {
-  std::vector<double> distances(points.size(), 0.0);
+  std::vector<double> distances(points.size(), std::numeric_limits<double>::infinity());
   const ClosestPoint surface(mesh);
   parallel_for(points.size(), threads, [&](std::size_t i) {
     if (const auto nearest = surface.nearest(points[i])) distances[i] = nearest->distance;

@@ -16,7 +16,8 @@ namespace gyre {
 // `count` points spread evenly over the area of the mesh, one in each of `count` equal slices of it.
 std::vector<Eigen::Vector3d> sample_surface(const TriangleMesh& mesh, std::size_t count, std::uint64_t seed);
 
-// Distance of each point to the nearest point of the mesh, or of a cloud, metres. `threads` 0: all cores.
+// Distance of each point to the nearest point of the mesh, or of a cloud, metres; infinite when that is empty.
+// `threads` 0: all cores.
 std::vector<double> distances_to_surface(std::span<const Eigen::Vector3d> points, const TriangleMesh& mesh,
                                          int threads = 0);
 std::vector<double> distances_to_cloud(std::span<const Eigen::Vector3d> points, std::span<const Eigen::Vector3d> cloud,

@@ -76,6 +76,7 @@ Result<TruthPass> read_pass(const std::filesystem::path& folder) {
   }
   auto surface = read_ply(folder / "mesh.ply");
   if (!surface) return tl::unexpected(surface.error());
+  if (surface->triangles.empty()) return fail("the true surface has no triangles", (folder / "mesh.ply").string());
   pass.surface = std::move(*surface);
   return pass;
 }

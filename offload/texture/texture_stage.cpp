@@ -58,14 +58,14 @@ Result<void> write_png(const cv::Mat& image, const std::filesystem::path& file) 
   return write_file(file, std::as_bytes(std::span(bytes)));
 }
 
-nlohmann::json describe(const BakedTexture& baked, std::span<const Photo> photos) {
+nlohmann::json describe(const BakedTexture& baked, std::span<const std::string> names) {
   const auto count = [&](TexelOrigin o) { return static_cast<double>(baked.origins[static_cast<std::size_t>(o)]); };
   double total = 0;
   for (const std::size_t n : baked.origins) total += static_cast<double>(n);
   nlohmann::json views = nlohmann::json::array();
-  for (std::size_t p = 0; p < photos.size(); ++p) {
+  for (std::size_t p = 0; p < names.size(); ++p) {
     const Eigen::Vector3d& gain = baked.gains[p];
-    views.push_back({{"name", photos[p].name},
+    views.push_back({{"name", names[p]},
                      {"texels", baked.texels_of[p]},
                      {"gain_rgb", {gain[2], gain[1], gain[0]}},
                      {"sharpness", baked.sharpness[p]}});
@@ -106,15 +106,17 @@ Result<nlohmann::json> run(const StageContext& context) {
   subject.generated = paint.covered();
   subject.generate = [&paint](int t, const Eigen::Vector3d& w) { return paint.colour(t, w); };
 
-  const auto baked = bake_texture(subject, *photos, options, context.threads, context.progress);
+  std::vector<std::string> names;
+  for (const Photo& photo : *photos) names.push_back(photo.name);
+  const auto baked = bake_texture(subject, std::move(*photos), options, context.threads, context.progress);
   if (!baked) return tl::unexpected(baked.error());
   context.progress(0.95, "writing");
   if (auto ok = write_png(baked->albedo, context.out / "albedo.png"); !ok) return tl::unexpected(ok.error());
   if (auto ok = write_png(baked->source, context.out / "source.png"); !ok) return tl::unexpected(ok.error());
-  const nlohmann::json facts = describe(*baked, *photos);
+  const nlohmann::json facts = describe(*baked, names);
   if (auto ok = write_file(context.out / "texture.json", facts.dump(1) + "\n"); !ok) return tl::unexpected(ok.error());
   context.progress(1.0, "done");
-  return nlohmann::json{{"size", facts["size"]}, {"share", facts["share"]}, {"views", photos->size()}};
+  return nlohmann::json{{"size", facts["size"]}, {"share", facts["share"]}, {"views", names.size()}};
 }
 
 }  // namespace

@@ -152,13 +152,22 @@ Result<void> measure(const Arguments& arguments) {
     }
   }
   print_distances(name, "joints", joint_errors);
-  const double facing = gyre::yaw_of(fit->state.pose) - yaw;
+  const double facing = gyre::yaw_of(fit->pose) - yaw;
   print(name, "facing_error", std::atan2(std::sin(facing), std::cos(facing)) * 180 / std::numbers::pi, "deg");
   if (fit->guesses.size() > 1) print(name, "facing_margin", 1000 * (fit->guesses[1].cost - fit->guesses[0].cost), "mm");
   for (const gyre::FacingGuess& guess : fit->guesses) {
     print(name, "guess_misfit", 1000 * guess.misfit, "mm");
     print(name, "guess_toes", guess.toes, "heights");
   }
+  // Triangles that turned over against the coarse surface: folds and spikes.
+  int folded = 0;
+  for (const Eigen::Vector3i& t : body->mesh.triangles) {
+    const auto normal = [&](const std::vector<Eigen::Vector3d>& x) -> Eigen::Vector3d {
+      return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
+    };
+    folded += normal(fit->vertices).dot(normal(coarse.vertices)) < 0 ? 1 : 0;
+  }
+  print(name, "folded_triangles", folded, "1");
   print(name, "residual_mean", 1000 * fit->residual_mean, "mm");
   print(name, "stature", 1000 * fit->stature, "mm");
   print(name, "scale", fit->state.scale, "1");

@@ -37,7 +37,7 @@ class Ingest : public testing::Test {
     random.fill(noise, cv::RNG::UNIFORM, 0, 255);
     cv::GaussianBlur(noise, noise, {}, 2.0);
     for (int i = 0; i < count; ++i) {
-      const fs::path file = capture() / ("p" + std::to_string(i) + extension);
+      const fs::path file = capture() / (std::to_string(i) + extension);
       ASSERT_TRUE(cv::imwrite(file.string(), noise(cv::Rect(2 * i, 0, 128, 96))));
     }
   }
@@ -71,7 +71,7 @@ TEST_F(Ingest, PhotographsAreAllKeptByteForByte) {
   EXPECT_EQ(pass->pass.fps, 0.0);
   for (int i = 0; i < 12; ++i) {
     EXPECT_EQ(read_file(bundle_.frame("body", i)).value(),
-              read_file(capture() / ("p" + std::to_string(i) + ".jpg")).value());
+              read_file(capture() / (std::to_string(i) + ".jpg")).value());
   }
   finish(*pass);
 }
@@ -90,7 +90,7 @@ TEST_F(Ingest, PngBecomesJpeg) {
   write_pictures(8, ".png");
   const Result<IngestedPass> pass = ingest();
   ASSERT_TRUE(pass) << pass.error().message();
-  const cv::Mat stored = cv::imread((capture() / "p3.png").string());
+  const cv::Mat stored = cv::imread((capture() / "3.png").string());
   const cv::Mat keyframe = cv::imread(bundle_.frame("body", 3).string());
   EXPECT_LT(cv::norm(stored, keyframe, cv::NORM_L1) / static_cast<double>(stored.total() * 3), 3.0);
   finish(*pass);
@@ -108,7 +108,9 @@ TEST_F(Ingest, RecordsCountMotionTowardsTheNextFrame) {
   const std::vector<MeasuredFrame> frames = {{0.0, {0.0, 1.0}}, {0.1, {3.0, 2.0}}, {0.2, {5.0, 3.0}}};
   Selection selection;
   selection.smoothed = {0.0, 3.5, 4.5};
-  selection.decisions = {{true, "a."}, {false, "b."}, {true, "c."}};
+  selection.decisions.resize(3);
+  selection.decisions[0].keyframe = true;
+  selection.decisions[2].keyframe = true;
   const std::vector<FrameRecord> records = frame_records("body", frames, selection);
   EXPECT_EQ(records[0].motion, 3.0);
   EXPECT_EQ(records[1].motion, 5.0);

@@ -84,8 +84,11 @@ TEST(PatchWeights, OtherColoursAndFarSamplesWeighLess) {
   float sum = 0;
   for (int i = 0; i < patch_samples; ++i) {
     sum += patch.weight[i];
-    if (patch_pattern.dx[i] >= 2) EXPECT_LT(patch.weight[i], 1e-4F);
-    if (patch_pattern.dx[i] < 2) EXPECT_GT(patch.weight[i], 1e-3F);
+    if (patch_pattern.dx[i] >= 2) {
+      EXPECT_LT(patch.weight[i], 1e-4F);
+    } else {
+      EXPECT_GT(patch.weight[i], 1e-3F);
+    }
   }
   EXPECT_NEAR(sum, 1.0F, 1e-5F);
 }

@@ -10,7 +10,7 @@ TEST(VoxelThinning, AveragesByConfidenceWithinACube) {
   PointCloud cloud;
   cloud.points = {{0.001F, 0.001F, 0.001F}, {0.003F, 0.001F, 0.001F}, {0.5F, 0, 0}};
   cloud.normals = {{0, 1, 0}, {0, 1, 0}, {0, 1, 0}};
-  cloud.colours = {{0, 0, 0}, {200, 100, 40}, {9, 9, 9}};
+  for (const int level : {0, 2, 1}) cloud.colours.emplace_back(100 * level, 50 * level, 20 * level);
   cloud.confidence = {0.25F, 0.75F, 0.5F};
   const PointCloud thin = thin_by_voxels(cloud, 0.01);
   ASSERT_EQ(thin.points.size(), 2U);

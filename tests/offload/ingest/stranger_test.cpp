@@ -111,20 +111,21 @@ TEST_F(Stranger, MalformedMessagesEndTheConversation) {
   device.hear<wire::Welcome>();
 }
 
-TEST_F(Stranger, MoreThanTheCreditIsRefused) {
+TEST_F(Stranger, AFloodBeyondTheCreditHurtsNobody) {
   RawDevice device = connected();
-  const auto credit = device.hear<wire::Credit>();
-  EXPECT_EQ(credit.bytes, host_.options().credit_bytes);
   const Scan scan = small_scan();
   device.say(wire::ScanOpen{scan.id, to_json(scan).dump()});
   device.hear<wire::ScanState>();
-  // Chunks far ahead of what the host has do not cost it disk, but they cost credit; it never grants above the total.
   const wire::FileEntry file{keyframe_name(1), 1ULL << 26, std::string(64, 'a')};
-  std::uint64_t spent = 0;
-  while (spent <= 2 * credit.bytes) {
+  for (std::uint64_t sent = 0; sent <= 4 * host_.options().credit_bytes; sent += wire::max_chunk_bytes) {
     device.say(wire::FileChunk{scan.id, file, file.size / 2, std::string(wire::max_chunk_bytes, 'x')});
-    spent += wire::cost_of(wire::max_chunk_bytes);
   }
+  TestDevice other("rig");
+  host_.authorise(other.options().keys);
+  other.connect(host_);
+  const Scan mine = small_scan();
+  ASSERT_TRUE(spool_scan(other.spool(), mine, {1}, 1000, 1));
+  EXPECT_TRUE(eventually([&] { return other.spool().phase(mine.id) == SpoolPhase::acknowledged; }));
   EXPECT_EQ(device.hear<wire::FileResume>().offset, 0U);
 }
 

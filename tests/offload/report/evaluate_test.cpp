@@ -203,7 +203,6 @@ TEST_F(Evaluate, known_errors_come_back_in_their_units) {
   joint_offset = {0.003, 0.004, 0};
   texture_offset = cv::Scalar(0, 40, 0);
   registered = 6;
-  const Eigen::Vector3d lift(0, 0, 0);
   // Every vertex 4 mm out along its normal; every cloud point 7 mm.
   const auto normals = vertex_normals(posed.vertices, posed.triangles);
   for (std::size_t i = 0; i < normals.size(); ++i) posed.vertices[i] += 0.004 * normals[i];

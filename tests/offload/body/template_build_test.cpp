@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// The template built from the real sources; needs $GYRE_TEMPLATE_SOURCES.
+#include "offload/body/template_build.h"
+
+#include "offload/body/ansur.h"
+#include "offload/body/body_measures.h"
+#include "offload/body/humanoid.h"
+#include "offload/body/template_check.h"
+
+#include <gtest/gtest.h>
+
+namespace gyre {
+namespace {
+
+class TemplateBuild : public testing::Test {
+ protected:
+  static std::filesystem::path sources() {
+    const char* folder = std::getenv("GYRE_TEMPLATE_SOURCES");
+    return folder ? folder : "";
+  }
+  void SetUp() override {
+    if (sources().empty()) GTEST_SKIP() << "set GYRE_TEMPLATE_SOURCES to the folder of the template sources";
+  }
+  static const BodyTemplate& body() {
+    static const BodyTemplate built = [] {
+      TemplateBuildOptions options;
+      options.samples.count = 80;
+      Result<BodyTemplate> result = build_template(sources(), options);
+      EXPECT_TRUE(result) << result.error().message();
+      return result ? std::move(*result) : BodyTemplate{};
+    }();
+    return built;
+  }
+};
+
+TEST_F(TemplateBuild, PassesTheCheck) {
+  for (const TemplateFinding& finding : check_template(body())) EXPECT_FALSE(finding.is_error) << finding.what;
+}
+
+TEST_F(TemplateBuild, HasExactlyTheArkitExpressions) {
+  ASSERT_EQ(body().expressions.size(), arkit_expressions().size());
+  for (std::size_t i = 0; i < arkit_expressions().size(); ++i)
+    EXPECT_EQ(body().expressions[i].name, arkit_expressions()[i]);
+}
+
+TEST_F(TemplateBuild, ExpressionsMoveTheInnerParts) {
+  const auto moves = [&](std::string_view expression, std::string_view part) {
+    const TemplatePart* p = body().part(part);
+    for (const Morph& morph : body().expressions)
+      if (morph.name == expression)
+        for (std::size_t i = 0; i < morph.vertices.size(); ++i)
+          if (morph.vertices[i] >= p->first_vertex && morph.vertices[i] < p->first_vertex + p->vertex_count &&
+              morph.offsets[i].norm() > 1e-3F)
+            return true;
+    return false;
+  };
+  EXPECT_TRUE(moves("jawOpen", "lowerTeeth"));
+  EXPECT_TRUE(moves("jawOpen", "tongue"));
+  EXPECT_FALSE(moves("jawOpen", "upperTeeth"));
+  EXPECT_TRUE(moves("eyeLookUpLeft", "leftEye"));
+  EXPECT_FALSE(moves("eyeLookUpLeft", "rightEye"));
+  EXPECT_TRUE(moves("eyeBlinkRight", "lashes"));
+  EXPECT_TRUE(moves("tongueOut", "tongue"));
+}
+
+TEST_F(TemplateBuild, MeanStatureIsTheSurveys) {
+  const Result<Survey> survey = read_survey(sources() / "ansur");
+  ASSERT_TRUE(survey);
+  const double expected = 0.5 * (survey->female.mean_stature + survey->male.mean_stature);
+  EXPECT_NEAR(stature(body().mesh.vertices, static_cast<std::size_t>(body().parts[0].vertex_count)), expected, 0.03);
+}
+
+TEST_F(TemplateBuild, FirstComponentIsMostlyStature) {
+  double most = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::VectorXd one = Eigen::VectorXd::Unit(24, static_cast<Eigen::Index>(k));
+    const auto count = static_cast<std::size_t>(body().parts[0].vertex_count);
+    most =
+        std::max(most, std::abs(stature(shaped_vertices(body(), one), count) - stature(body().mesh.vertices, count)));
+  }
+  EXPECT_GT(most, 0.03);  // metres of stature a standard deviation; the survey's is 0.09 over both sexes
+  EXPECT_LT(most, 0.12);
+}
+
+TEST_F(TemplateBuild, FileKeepsItAndIsSmall) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "gyre_template_build_test.glb";
+  ASSERT_TRUE(write_template(body(), file));
+  EXPECT_LT(std::filesystem::file_size(file), 8U << 20);
+  const Result<BodyTemplate> read = read_template(file);
+  std::filesystem::remove(file);
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_TRUE(std::none_of(read->parts.begin(), read->parts.end(), [](const auto& p) { return p.vertex_count == 0; }));
+  for (const TemplateFinding& finding : check_template(*read)) EXPECT_FALSE(finding.is_error) << finding.what;
+}
+
+TEST_F(TemplateBuild, ResultDoesNotDependOnThreads) {
+  TemplateBuildOptions options;
+  options.samples.count = 8;
+  options.components = 3;
+  options.samples.threads = 1;
+  const Result<BodyTemplate> one = build_template(sources(), options);
+  options.samples.threads = 3;
+  const Result<BodyTemplate> three = build_template(sources(), options);
+  ASSERT_TRUE(one && three);
+  EXPECT_EQ(one->mesh.vertices, three->mesh.vertices);
+}
+
+TEST(TemplateBuildOptions, AreChecked) {
+  TemplateBuildOptions options;
+  options.components = 31;
+  EXPECT_FALSE(options.check());
+  options.components = 24;
+  options.samples.count = 30;
+  EXPECT_FALSE(options.check());
+  EXPECT_FALSE(build_template("/nowhere/at/all"));
+}
+
+}  // namespace
+}  // namespace gyre

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/bundle/atomic_file.h"
+#include "common/geometry/colmap_model.h"
+#include "common/mesh/mesh_io.h"
+#include "common/render/rasterise.h"
+#include "offload/report/camera_plot.h"
+#include "offload/report/pictures.h"
+#include "offload/report/report_facts.h"
+#include "offload/report/report_page.h"
+#include "offload/report/report_stage.h"
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+namespace gyre {
+namespace {
+
+using nlohmann::json;
+
+// The first tag that is closed wrongly or left open, or what else a parser would trip over; empty for a sound page.
+std::string first_fault(const std::string& html) {
+  static const std::set<std::string> single = {"meta", "img", "line", "circle", "ellipse", "path"};
+  std::vector<std::string> open;
+  for (std::size_t at = html.find('<'); at != std::string::npos; at = html.find('<', at + 1)) {
+    if (html.compare(at, 2, "<!") == 0) continue;
+    const std::size_t end = html.find('>', at);
+    if (end == std::string::npos) return "tag without end at " + std::to_string(at);
+    const std::string tag = html.substr(at + 1, end - at - 1);
+    if (std::count(tag.begin(), tag.end(), '"') % 2 != 0 || tag.find('<') != std::string::npos)
+      return "odd tag: " + tag.substr(0, 80);
+    const bool closing = tag.starts_with('/');
+    const std::string name = tag.substr(closing ? 1 : 0, tag.find_first_of(" /", 1) - (closing ? 1 : 0));
+    if (closing) {
+      const std::string wanted = tag.substr(1);
+      if (open.empty() || open.back() != wanted) return "unexpected </" + wanted + ">";
+      open.pop_back();
+    } else if (!tag.ends_with('/') && !single.contains(name)) {
+      open.push_back(name);
+    }
+  }
+  return open.empty() ? "" : "open <" + open.back() + ">";
+}
+
+class Report : public testing::Test {
+ protected:
+  void SetUp() override {
+    root = std::filesystem::path(testing::TempDir()) /
+           (std::string("gyre_report_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::remove_all(root);
+    scan.id = "01ARZ3NDEKTSV4RRFFQ69G5FAV";
+    scan.device = "rig <script>alert('x')</script> & \"co\"";
+    scan.created = "2026-01-02T03:04:05Z";
+    scan.passes = {{"body", 15, 40, 90, 160}, {"head", 15, 40, 90, 160}};
+    const auto made = create_bundle(root / "bundle", scan);
+    ASSERT_TRUE(made) << made.error().message();
+    std::filesystem::create_directories(root / "out");
+    const cv::Mat grey(160, 90, CV_8UC3, cv::Scalar(90, 120, 150));
+    for (int i = 0; i < 12; ++i) cv::imwrite(bundle().frame(i < 8 ? "body" : "head", 3 * i).string(), grey);
+  }
+  void TearDown() override { std::filesystem::remove_all(root); }
+
+  Bundle bundle() const { return Bundle(root / "bundle"); }
+
+  void add_stage(const char* name) const {
+    std::filesystem::create_directories(bundle().work(name));
+    const json record = {{"stage", name},
+                         {"version", 3},
+                         {"software", "0.1.0"},
+                         {"seconds", 61.5},
+                         {"cpu_seconds", 100.0},
+                         {"peak_memory_mib", 512.0},
+                         {"options", {{"note", "<b>&"}}},
+                         {"result", json::object()}};
+    ASSERT_TRUE(write_file(bundle().work(name) / "stage.json", record.dump()));
+  }
+
+  void add_cameras() const {
+    add_stage("cameras");
+    ColmapModel model;
+    model.cameras[1] = Camera::from_fov(90, 160, 0.9);
+    for (int i = 0; i < 11; ++i) {  // the last keyframe is not registered
+      ModelImage image;
+      image.name = frame_name(i < 8 ? "body" : "head", 3 * i);
+      image.cam_from_world = look_at({2.2 * std::sin(0.5 * i), 1.4, 2.2 * std::cos(0.5 * i)}, {0, 1, 0});
+      model.images[i + 1] = image;
+    }
+    ASSERT_TRUE(write_colmap_model(model, bundle().work("cameras")));
+    ASSERT_TRUE(
+        write_file(bundle().work("cameras") / "scene.json", R"({"scale_source":"assumed-height","height_mm":1700})"));
+  }
+
+  std::string make_page() const {
+    StageContext context{bundle(), root / "out", report_stage().options};
+    const auto done = report_stage().run(context);
+    EXPECT_TRUE(done) << done.error().message();
+    const auto html = read_file(root / "out" / "report.html");
+    EXPECT_TRUE(html);
+    return html ? *html : "";
+  }
+
+  json make_json() const {
+    const auto text = read_file(root / "out" / "report.json");
+    return text ? json::parse(*text) : json();
+  }
+
+  std::filesystem::path root;
+  Scan scan;
+};
+
+TEST_F(Report, a_bare_scan_gives_a_sound_page_that_says_so) {
+  const std::string html = make_page();
+  EXPECT_EQ(first_fault(html), "");
+  EXPECT_NE(html.find("Nothing has been reconstructed yet."), std::string::npos);
+  const json report = make_json();
+  EXPECT_EQ(report["keyframes"]["count"], 12);
+  EXPECT_EQ(report["keyframes"]["registered"], 0);
+  EXPECT_TRUE(report["fit"].is_null());
+  EXPECT_TRUE(report["stages"].empty());
+}
+
+TEST_F(Report, names_from_outside_are_escaped_and_nothing_is_requested) {
+  add_cameras();
+  const std::string html = make_page();
+  EXPECT_EQ(first_fault(html), "");
+  EXPECT_EQ(html.find("<script"), std::string::npos);
+  EXPECT_EQ(html.find("<b>&\""), std::string::npos);
+  EXPECT_NE(html.find("rig &lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt; &amp; &quot;co&quot;"), std::string::npos);
+  // Pictures are base 64, whose alphabet has the slash but neither colon, at sign nor parentheses.
+  for (const char* request : {"http:", "https:", "@import", "<link", "<iframe"})
+    EXPECT_EQ(html.find(request), std::string::npos) << request;
+  EXPECT_EQ(html.find("src=\"h"), std::string::npos);
+  EXPECT_EQ(html.find("href="), std::string::npos);
+  EXPECT_EQ(html.find("url("), std::string::npos);
+}
+
+TEST_F(Report, shows_every_part_there_is) {
+  add_cameras();
+  for (const char* stage : {"cloud", "fit", "texture", "avatar"}) add_stage(stage);
+  PointCloud cloud;
+  for (int i = 0; i < 500; ++i)
+    cloud.points.emplace_back(0.2f * std::sin(static_cast<float>(i)), 0.003f * static_cast<float>(i),
+                              0.2f * std::cos(static_cast<float>(i)));
+  ASSERT_TRUE(write_cloud(cloud, bundle().work("cloud") / "cloud.ply"));
+  ASSERT_TRUE(write_file(bundle().work("cloud") / "cloud.json", R"({"points":500})"));
+  TriangleMesh mesh;
+  mesh.vertices = {{-0.3, 0, 0}, {0.3, 0, 0}, {0, 1.7, 0}};
+  mesh.triangles = {{0, 1, 2}};
+  ASSERT_TRUE(write_ply(mesh, bundle().work("fit") / "rest.ply"));
+  ASSERT_TRUE(write_file(bundle().work("fit") / "fit.json",
+                         R"({"template":{"name":"built-in","checksum":"x","built_in":true},"residual_mm":{"mean":6.25},
+                             "yaw_deg":90,"stature_mm":1660,"warnings":["The feet were hardly seen."]})"));
+  ASSERT_TRUE(write_file(bundle().work("avatar") / "avatar.glb", "glTF"));
+  const std::string html = make_page();
+  EXPECT_EQ(first_fault(html), "");
+  for (const char* text :
+       {"The avatar is ready.", "11 of 12 keyframes found their place.", "1.66 m tall", "within 6.2 mm", "5 min 8 s",
+        "assumed", "built-in stand-in", "The feet were hardly seen.", "not placed", "<svg", "Point cloud", "512 MiB"})
+    EXPECT_NE(html.find(text), std::string::npos) << text;
+  const auto count = [&](const std::string& what) {
+    int n = 0;
+    for (std::size_t at = html.find(what); at != std::string::npos; at = html.find(what, at + 1)) ++n;
+    return n;
+  };
+  EXPECT_EQ(count("<img src=\"data:image/jpeg;base64,"), 12 + 2 + 4);
+  EXPECT_EQ(count("<title>body-") + count("<title>head-"), 2 * 11);  // each camera in both drawings
+  const json report = make_json();
+  EXPECT_EQ(report["stages"].size(), 5u);
+  EXPECT_EQ(report["stages"][0]["stage"], "cameras");
+  EXPECT_DOUBLE_EQ(report["seconds"], 5 * 61.5);
+  EXPECT_EQ(report["avatar_bytes"], 4);
+  EXPECT_EQ(report["warnings"].size(), 5u);  // few keyframes, unplaced, assumed height, built-in template, feet
+}
+
+TEST_F(Report, damaged_parts_become_warnings) {
+  add_cameras();
+  add_stage("fit");
+  ASSERT_TRUE(write_file(bundle().work("cameras") / "images.txt", "1 not a number"));
+  ASSERT_TRUE(write_file(bundle().work("fit") / "fit.json", "[1, 2"));
+  ASSERT_TRUE(write_file(bundle().work("fit") / "stage.json", R"({"seconds":"long","options":3})"));
+  ASSERT_TRUE(write_file(bundle().frame("body", 0), "no picture"));
+  EXPECT_EQ(first_fault(make_page()), "");
+  EXPECT_GE(make_json()["warnings"].size(), 3u);
+}
+
+TEST_F(Report, a_camera_on_the_subjects_left_is_drawn_on_the_right) {
+  add_cameras();
+  auto facts = collect_facts(bundle());
+  ASSERT_TRUE(facts);
+  facts->model.images.clear();
+  ModelImage image;
+  image.name = frame_name("body", 0);
+  image.cam_from_world = look_at({2, 1, 0}, {0, 1, 0});  // +X is the left of a subject that faces +Z
+  facts->model.images[1] = image;
+  EXPECT_NE(cameras_from_above(*facts).find("cx=\"334.00\" cy=\"180.00\""), std::string::npos);
+  facts->fit = {{"yaw_deg", 90}};  // faces +X: the camera is in front
+  EXPECT_NE(cameras_from_above(*facts).find("cx=\"180.00\" cy=\"334.00\""), std::string::npos);
+}
+
+TEST(report_page, html_is_escaped) {
+  EXPECT_EQ(escape_html("a<b>&\"'c"), "a&lt;b&gt;&amp;&quot;&#39;c");
+}
+
+// RFC 4648, section 10.
+TEST(pictures, base64_test_vectors) {
+  EXPECT_EQ(base64(""), "");
+  EXPECT_EQ(base64("f"), "Zg==");
+  EXPECT_EQ(base64("fo"), "Zm8=");
+  EXPECT_EQ(base64("foo"), "Zm9v");
+  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+}
+
+TEST(pictures, the_turnaround_starts_at_the_front_and_goes_to_the_left) {
+  // A thin wall whose front is red; seen from its left and right there is (almost) nothing.
+  TriangleMesh mesh;
+  mesh.vertices = {{-0.3, 0, 0}, {0.3, 0, 0}, {0.3, 1.7, 0}, {-0.3, 1.7, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  mesh.colours.assign(4, Rgb(255, 0, 0));
+  const auto pictures = render_turnaround(mesh, {}, 60, 90);
+  const cv::Vec3b front = pictures[0].at<cv::Vec3b>(45, 30);
+  EXPECT_GT(front[2], 100);
+  EXPECT_EQ(front[0], 0);
+  EXPECT_EQ(pictures[2].at<cv::Vec3b>(45, 30), cv::Vec3b(255, 255, 255));
+}
+
+TEST(pictures, a_cloud_is_seen_from_the_asked_side) {
+  PointCloud cloud;
+  for (int i = 0; i < 4000; ++i) {
+    const float t = static_cast<float>(i % 200) / 200, y = static_cast<float>(i / 200) / 20;
+    cloud.points.emplace_back(t - 0.5f, y, 0.2f);
+    cloud.colours.emplace_back(255, 0, 0);
+    cloud.points.emplace_back(t - 0.5f, y, -0.2f);
+    cloud.colours.emplace_back(0, 0, 255);
+  }
+  EXPECT_GT(cv::mean(render_cloud(cloud, 0, 40, 60))[2], cv::mean(render_cloud(cloud, 0, 40, 60))[0] + 20);
+  EXPECT_GT(cv::mean(render_cloud(cloud, M_PI, 40, 60))[0], cv::mean(render_cloud(cloud, M_PI, 40, 60))[2] + 20);
+}
+
+TEST(report_facts, durations_read_naturally) {
+  EXPECT_EQ(duration_text(4.21), "4.2 s");
+  EXPECT_EQ(duration_text(59.6), "1 min 0 s");
+  EXPECT_EQ(duration_text(500), "8 min 20 s");
+  EXPECT_EQ(duration_text(7300), "2 h 1 min");
+}
+
+}  // namespace
+}  // namespace gyre

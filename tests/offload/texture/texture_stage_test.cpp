@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/texture/texture_stage.h"
+
+#include "common/bundle/atomic_file.h"
+#include "common/geometry/colmap_model.h"
+#include "common/mesh/mesh_io.h"
+#include "offload/body/template.h"
+#include "tests/offload/texture/scene.h"
+
+#include <gtest/gtest.h>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+
+namespace gyre {
+namespace {
+
+// The built-in human, painted, in six pictures from a ring.
+class TextureStage : public testing::Test {
+ protected:
+  void SetUp() override {
+    root_ = std::filesystem::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::filesystem::remove_all(root_);
+    for (const char* folder : {"frames", "work/fit", "work/cameras", "work/texture"}) {
+      std::filesystem::create_directories(root_ / folder);
+    }
+    const BodyTemplate body = built_in_template();
+    ASSERT_TRUE(write_template(body, root_ / "template.glb"));
+    ASSERT_TRUE(write_ply(body.mesh, root_ / "work/fit/posed.ply"));
+    ColmapModel model;
+    model.cameras[1] = scene::camera();
+    for (int k = 0; k < 6; ++k) {
+      const double yaw = k * M_PI / 3;
+      ModelImage image;
+      image.name = frame_name("body", k);
+      image.cam_from_world = look_at({3.5 * std::sin(yaw), 1.2, 3.5 * std::cos(yaw)}, {0, 0.9, 0});
+      cv::imwrite((root_ / "frames" / image.name).string(),
+                  render(body.mesh, scene::painting(512), model.cameras[1], image.cam_from_world, {.lit = false}));
+      model.images[k + 1] = image;
+    }
+    ASSERT_TRUE(write_colmap_model(model, root_ / "work/cameras"));
+  }
+  void TearDown() override { std::filesystem::remove_all(root_); }
+
+  Result<nlohmann::json> run(int size) const {
+    const Stage stage = texture_stage();
+    StageContext context{.bundle = Bundle(root_), .out = root_ / "work/texture", .options = stage.options};
+    context.options["template"] = (root_ / "template.glb").string();
+    context.options["size"] = size;
+    return stage.run(context);
+  }
+
+  std::filesystem::path root_;
+};
+
+TEST_F(TextureStage, WritesTextureSourceAndFacts) {
+  const auto facts = run(1024);
+  ASSERT_TRUE(facts) << facts.error().message();
+  EXPECT_EQ(facts->at("views"), 6);
+  EXPECT_EQ(cv::imread((root_ / "work/texture/albedo.png").string()).rows, 1024);
+  EXPECT_EQ(cv::imread((root_ / "work/texture/source.png").string()).rows, 1024);
+  const auto text = read_file(root_ / "work/texture/texture.json");
+  ASSERT_TRUE(text);
+  const nlohmann::json written = nlohmann::json::parse(*text);
+  double total = 0;
+  for (const auto& [name, value] : written.at("share").items()) total += value.get<double>();
+  EXPECT_NEAR(total, 1.0, 1e-9);
+  EXPECT_GT(written.at("share").at("within_45_deg").get<double>(), 0.3);
+}
+
+TEST_F(TextureStage, RefusesOddSizes) {
+  const auto result = run(500);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().exit_code(), 2);
+}
+
+TEST_F(TextureStage, NamesTheKeyframeThatIsMissing) {
+  std::filesystem::remove(root_ / "frames" / frame_name("body", 3));
+  const auto result = run(1024);
+  ASSERT_FALSE(result);
+  EXPECT_NE(result.error().message().find(frame_name("body", 3)), std::string::npos);
+}
+
+}  // namespace
+}  // namespace gyre
