@@ -20,7 +20,7 @@ void add_evaluate_verb(CLI::App& app, Verb& run) {
   CLI::App* verb = app.add_subcommand("evaluate", "measure a reconstruction against the truth; prints JSON");
   verb->add_option("bundle", flags->bundle, "folder of the scan")->required();
   verb->add_option("--truth", flags->truth, "folder of the subject with orbit-body, orbit-head, turn")->required();
-  verb->add_option("--template", flags->options.template_file,
+  verb->add_option("--template", flags->options.body_template,
                    "human template the avatar was made with; default: as for reconstruct");
   verb->callback([flags, &run] {
     run = [flags] {

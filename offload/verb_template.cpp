@@ -32,10 +32,13 @@ int build(const TemplateFlags& given) {
 int check(const TemplateFlags& given) {
   const Result<BodyTemplate> body = find_template(given.file);
   if (!body) return report_error(body.error());
-  const std::vector<std::string> findings = check_template(*body);
-  for (const std::string& finding : findings) std::printf("%s\n", finding.c_str());
-  if (findings.empty()) std::printf("%s: no fault found\n", body->name.c_str());
-  return findings.empty() ? 0 : 1;
+  bool sound = true;
+  for (const TemplateFinding& finding : check_template(*body)) {
+    std::printf("%s: %s\n", finding.is_error ? "fault" : "note", finding.what.c_str());
+    sound = sound && !finding.is_error;
+  }
+  if (sound) std::printf("%s: no fault found\n", body->name.c_str());
+  return sound ? 0 : 1;
 }
 
 int show(const TemplateFlags& given) {

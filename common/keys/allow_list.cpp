@@ -16,7 +16,9 @@ std::filesystem::path file_of(const std::filesystem::path& allow_list, const std
   return allow_list / (name + std::string(key_suffix));
 }
 
-bool is_device_name(std::string_view name) { return name.size() <= longest_name && is_safe_name(name); }
+bool is_device_name(std::string_view name) {
+  return name.size() <= longest_name && is_safe_name(name);
+}
 
 }  // namespace
 

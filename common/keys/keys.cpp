@@ -3,15 +3,15 @@
 
 #include "common/bundle/atomic_file.h"
 
-#include <array>
-#include <cerrno>
-#include <cstdint>
-#include <cstring>
 #include <fcntl.h>
 #include <sodium.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zmq.h>
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
 
 namespace gyre {
 
@@ -20,12 +20,18 @@ namespace {
 constexpr std::size_t key_length = 40;  // characters of Z85
 using KeyText = std::array<char, key_length + 1>;
 
-std::string text_of(const KeyText& text) { return {text.data(), key_length}; }
+std::string text_of(const KeyText& text) {
+  return {text.data(), key_length};
+}
 
-std::filesystem::path public_file(std::filesystem::path file) { return file += ".pub"; }
+std::filesystem::path public_file(std::filesystem::path file) {
+  return file += ".pub";
+}
 
 // The first line, without its end.
-std::string first_line(const std::string& content) { return content.substr(0, content.find_first_of("\r\n")); }
+std::string first_line(const std::string& content) {
+  return content.substr(0, content.find_first_of("\r\n"));
+}
 
 tl::unexpected<Error> cannot_write(const std::filesystem::path& file) {
   return fail("cannot write the secret key", file.string() + " (" + std::strerror(errno) + ")");
@@ -33,7 +39,9 @@ tl::unexpected<Error> cannot_write(const std::filesystem::path& file) {
 
 }  // namespace
 
-SecretKey::~SecretKey() { sodium_memzero(z85_.data(), z85_.size()); }
+SecretKey::~SecretKey() {
+  sodium_memzero(z85_.data(), z85_.size());
+}
 
 bool is_public_key(std::string_view text) {
   std::array<std::uint8_t, 32> bytes{};
@@ -56,7 +64,8 @@ Result<void> write_key_pair(const std::filesystem::path& file, const KeyPair& ke
     std::filesystem::create_directories(file.parent_path(), error);
     if (error) return fail("cannot create the folder of the keys", file.parent_path().string());
   }
-  // Not write_file: the secret must not exist with other permissions for a moment, nor replace one that devices rely on.
+  // Not write_file: the secret must not exist with other permissions for a moment, nor replace one that devices rely
+  // on.
   std::filesystem::path temporary = file;
   temporary += ".part" + std::to_string(::getpid());
   const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);

@@ -153,7 +153,10 @@ Walk walk(std::span<const double> travelled, std::span<const FrameMeasure> frame
     }
     if (around.empty()) around.push_back(last_within_reach);
     before = *std::max_element(around.begin(), around.end(), [&](int a, int b) {
-      return frames[static_cast<std::size_t>(a)].sharpness < frames[static_cast<std::size_t>(b)].sharpness;
+      const double sharpness_a = frames[static_cast<std::size_t>(a)].sharpness;
+      const double sharpness_b = frames[static_cast<std::size_t>(b)].sharpness;
+      if (sharpness_a != sharpness_b) return sharpness_a < sharpness_b;
+      return std::abs(a - crossing) > std::abs(b - crossing);
     });
     before_travelled = at(before);
     out.keyframes.push_back(before);

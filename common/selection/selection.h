@@ -7,7 +7,7 @@
 // What the paper leaves open is settled here as follows.
 //   - The first frame is taken, and the overshoot is carried: crossing i is the first frame at which the movement since
 //     the start reaches i T, so uniform movement gives exactly N keyframes.
-//   - k counts frames to each side.
+//   - k counts frames to each side; of equally sharp frames the one nearest to the crossing is taken.
 //   - Keyframe i lies after keyframe i-1 and before crossing i+1, so keyframes are distinct and in order.
 //   - It lies at most `largest_gap` T after keyframe i-1 and at most that much before crossing i+1. At the paper's
 //     rates (T is about 32 frames of movement) this leaves the neighbourhood alone; where T is only a few frames it

@@ -5,15 +5,19 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <opencv2/core/utility.hpp>
 #include <opencv2/videoio.hpp>
 
 namespace gyre {
 
 namespace {
 
-// Clockwise degrees, as the container asks a player to turn the picture.
-Orientation orientation_of_rotation(int degrees) {
-  switch (((degrees % 360) + 360) % 360) {
+// What the container asks a player to do.
+Orientation container_orientation(const cv::VideoCapture& video) {
+  int clockwise = static_cast<int>(std::lround(video.get(cv::CAP_PROP_ORIENTATION_META)));
+  // OpenCV 4.6.0, and only that, reports the rotation with the wrong sign (github.com/opencv/opencv/issues/22088).
+  if (cv::getVersionString() == "4.6.0") clockwise = -clockwise;
+  switch (((clockwise % 360) + 360) % 360) {
     case 90:
       return Orientation::rotated_90;
     case 180:
@@ -40,7 +44,7 @@ class VideoFile : public FrameSource {
       if (!video_.open(info_.path.string(), cv::CAP_FFMPEG)) return not_a_video();
       // OpenCV turns frames by itself unless told not to; done here so that it happens exactly once in any version.
       video_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
-      orientation_ = orientation_of_rotation(static_cast<int>(std::lround(video_.get(cv::CAP_PROP_ORIENTATION_META))));
+      orientation_ = container_orientation(video_);
       const double fps = video_.get(cv::CAP_PROP_FPS);
       info_.fps = std::isfinite(fps) && fps > 0.0 ? fps : 30.0;
       info_.expected_frames = static_cast<int>(std::max(0.0, video_.get(cv::CAP_PROP_FRAME_COUNT)));

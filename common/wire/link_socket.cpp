@@ -9,10 +9,10 @@ namespace gyre {
 
 namespace {
 
-// High-water marks count messages. What waits to be sent is bounded by credit (4 MiB / wire::chunk_overhead messages) and
-// by what a peer asks for, so sending never reaches its mark unless the peer does not read: then ROUTER refuses, and the
-// conversation ends. What the host has received and not looked at is bounded by a small mark, against a device that
-// sends regardless of credit: libzmq stops reading from it, and loses nothing.
+// High-water marks count messages. What waits to be sent is bounded by credit (4 MiB / wire::chunk_overhead messages)
+// and by what a peer asks for, so sending never reaches its mark unless the peer does not read: then ROUTER refuses,
+// and the conversation ends. What the host has received and not looked at is bounded by a small mark, against a device
+// that sends regardless of credit: libzmq stops reading from it, and loses nothing.
 constexpr int send_mark = 4096;
 constexpr int device_receive_mark = 1024;
 constexpr int host_receive_mark = 64;

@@ -16,7 +16,8 @@ namespace gyre {
 // it would put messages meant for the last conversation at the start of the next.
 void configure_device_socket(zmq::socket_t& socket, const KeyPair& keys, const std::string& host_public_key);
 
-// Options of the host's ROUTER before it binds. A ZAP handler must already be bound: without one, libzmq lets every key in.
+// Options of the host's ROUTER before it binds. A ZAP handler must already be bound: without one, libzmq lets every key
+// in.
 void configure_host_socket(zmq::socket_t& socket, const KeyPair& keys);
 
 }  // namespace gyre

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/wire/wakeup.h"
 
-#include <cstdint>
-#include <cstdlib>
 #include <sys/eventfd.h>
 #include <unistd.h>
+#include <cstdint>
+#include <cstdlib>
 
 namespace gyre {
 
@@ -12,7 +12,9 @@ Wakeup::Wakeup() : fd_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   if (fd_ < 0) std::abort();  // out of descriptors at start: nothing works then
 }
 
-Wakeup::~Wakeup() { ::close(fd_); }
+Wakeup::~Wakeup() {
+  ::close(fd_);
+}
 
 void Wakeup::notify() {
   const std::uint64_t one = 1;

@@ -4,9 +4,9 @@
 #include "common/bundle/bundle.h"
 #include "common/bundle/ulid.h"
 
+#include <gyre.pb.h>
 #include <algorithm>
 #include <cmath>
-#include <gyre.pb.h>
 
 namespace gyre::wire {
 
@@ -40,11 +40,13 @@ std::string clean(std::string_view text, std::size_t limit = max_text_bytes) {
 }
 
 bool is_hash(std::string_view text) {
-  return text.size() == 64 && std::all_of(text.begin(), text.end(),
-                                          [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+  return text.size() == 64 &&
+         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
-bool is_file(std::string_view name) { return is_bundle_file(name) || is_result_file(name); }
+bool is_file(std::string_view name) {
+  return is_bundle_file(name) || is_result_file(name);
+}
 
 void put(pb::FileEntry& to, const FileEntry& from) {
   to.set_name(from.name);
@@ -52,7 +54,9 @@ void put(pb::FileEntry& to, const FileEntry& from) {
   to.set_sha256(from.sha256);
 }
 
-FileEntry entry_of(const pb::FileEntry& from) { return {from.name(), from.size(), from.sha256()}; }
+FileEntry entry_of(const pb::FileEntry& from) {
+  return {from.name(), from.size(), from.sha256()};
+}
 
 // One overload per message: our struct into the envelope.
 struct Encoder {
@@ -162,12 +166,18 @@ Message message_of(pb::Envelope& envelope) {
       const auto& m = envelope.hello();
       return Hello{m.major(), m.minor(), clean(m.device_name(), max_name_bytes)};
     }
-    case pb::Envelope::kWelcome: return Welcome{envelope.welcome().major(), envelope.welcome().minor()};
-    case pb::Envelope::kRefused: return Refused{clean(envelope.refused().reason()), envelope.refused().permanent()};
-    case pb::Envelope::kPing: return Ping{};
-    case pb::Envelope::kPong: return Pong{};
-    case pb::Envelope::kCredit: return Credit{envelope.credit().bytes()};
-    case pb::Envelope::kScanOpen: return ScanOpen{envelope.scan_open().scan(), envelope.scan_open().description()};
+    case pb::Envelope::kWelcome:
+      return Welcome{envelope.welcome().major(), envelope.welcome().minor()};
+    case pb::Envelope::kRefused:
+      return Refused{clean(envelope.refused().reason()), envelope.refused().permanent()};
+    case pb::Envelope::kPing:
+      return Ping{};
+    case pb::Envelope::kPong:
+      return Pong{};
+    case pb::Envelope::kCredit:
+      return Credit{envelope.credit().bytes()};
+    case pb::Envelope::kScanOpen:
+      return ScanOpen{envelope.scan_open().scan(), envelope.scan_open().description()};
     case pb::Envelope::kScanState: {
       const auto& m = envelope.scan_state();
       ScanState state{m.scan(), static_cast<ScanPhase>(m.phase()), clean(m.text()), {}};
@@ -186,7 +196,8 @@ Message message_of(pb::Envelope& envelope) {
       const auto& m = envelope.file_resume();
       return FileResume{m.scan(), m.name(), m.sha256(), m.offset()};
     }
-    case pb::Envelope::kDiscard: return Discard{envelope.discard().scan(), envelope.discard().name()};
+    case pb::Envelope::kDiscard:
+      return Discard{envelope.discard().scan(), envelope.discard().name()};
     case pb::Envelope::kScanClose: {
       ScanClose close{envelope.scan_close().scan(), {}};
       for (const auto& file : envelope.scan_close().files()) close.files.push_back(entry_of(file));
@@ -209,8 +220,10 @@ Message message_of(pb::Envelope& envelope) {
       auto& m = *envelope.mutable_result_chunk();
       return ResultChunk{m.scan(), m.name(), m.sha256(), m.offset(), std::move(*m.mutable_data())};
     }
-    case pb::Envelope::kResultAck: return ResultAck{envelope.result_ack().scan()};
-    case pb::Envelope::BODY_NOT_SET: break;
+    case pb::Envelope::kResultAck:
+      return ResultAck{envelope.result_ack().scan()};
+    case pb::Envelope::BODY_NOT_SET:
+      break;
   }
   return Unknown{};
 }
@@ -259,9 +272,7 @@ struct Checker {
   Fault operator()(const FileResume& m) const { return fault_of(m.scan, file(m.name, m.sha256)); }
   Fault operator()(const Discard& m) const { return fault_of(m.scan, is_file(m.name) ? nullptr : "file name"); }
   Fault operator()(const ScanClose& m) const { return fault_of(m.scan, entries(m.files)); }
-  Fault operator()(const StageProgress& m) const {
-    return std::isfinite(m.fraction) ? scan(m.scan) : "fraction";
-  }
+  Fault operator()(const StageProgress& m) const { return std::isfinite(m.fraction) ? scan(m.scan) : "fraction"; }
   Fault operator()(const ResultOffer& m) const { return fault_of(m.scan, entries(m.files)); }
   Fault operator()(const ResultRequest& m) const { return fault_of(m.scan, file(m.name, m.sha256)); }
   Fault operator()(const ResultChunk& m) const {

@@ -32,9 +32,9 @@ constexpr std::uint32_t protocol_minor = 0;
 // Limits both ends enforce when decoding.
 constexpr std::size_t max_message_bytes = 1 << 20;
 constexpr std::size_t max_chunk_bytes = 256 << 10;
-constexpr std::size_t max_files = 4096;           // of one scan
-constexpr std::size_t max_name_bytes = 128;       // file, stage and device names
-constexpr std::size_t max_text_bytes = 4096;      // reasons and progress texts; longer ones are cut when encoding
+constexpr std::size_t max_files = 4096;       // of one scan
+constexpr std::size_t max_name_bytes = 128;   // file, stage and device names
+constexpr std::size_t max_text_bytes = 4096;  // reasons and progress texts; longer ones are cut when encoding
 constexpr std::size_t max_description_bytes = 256 << 10;
 
 // First word of the device: its protocol and its name. The name is for people; the CURVE key is what identifies it.
@@ -49,7 +49,8 @@ struct Welcome {
   std::uint32_t minor = protocol_minor;
 };
 
-// The conversation is over, for a reason an operator can read. permanent: trying again does not help until someone acts.
+// The conversation is over, for a reason an operator can read. permanent: trying again does not help until someone
+// acts.
 struct Refused {
   std::string reason;
   bool permanent = false;
@@ -155,9 +156,9 @@ struct ResultAck {
 // A message of a newer minor version: to be ignored.
 struct Unknown {};
 
-using Message = std::variant<Unknown, Hello, Welcome, Refused, Ping, Pong, Credit, ScanOpen, ScanState, FileChunk, FileAck,
-                             FileResume, Discard, ScanClose, StageProgress, ResultOffer, ResultRequest, ResultChunk,
-                             ResultAck>;
+using Message =
+    std::variant<Unknown, Hello, Welcome, Refused, Ping, Pong, Credit, ScanOpen, ScanState, FileChunk, FileAck,
+                 FileResume, Discard, ScanClose, StageProgress, ResultOffer, ResultRequest, ResultChunk, ResultAck>;
 
 // The bytes of one ZeroMQ message.
 std::string encode(Message message);
@@ -169,7 +170,9 @@ Result<Message> decode(std::string_view bytes);
 // What a chunk takes from the credit: its data and a flat share for the message around it, so that credit also bounds
 // the number of messages under way.
 constexpr std::uint64_t chunk_overhead = 4096;
-constexpr std::uint64_t cost_of(std::uint64_t data_bytes) { return data_bytes + chunk_overhead; }
+constexpr std::uint64_t cost_of(std::uint64_t data_bytes) {
+  return data_bytes + chunk_overhead;
+}
 
 // True for the files a device sends: scan.json, frames.jsonl and keyframes.
 bool is_bundle_file(std::string_view name);

@@ -3,13 +3,13 @@
 
 #include "common/bundle/atomic_file.h"
 
-#include <cerrno>
-#include <cstring>
 #include <fcntl.h>
-#include <nlohmann/json.hpp>
-#include <optional>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <cerrno>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 namespace gyre {
@@ -72,7 +72,8 @@ Result<SpoolJournal> SpoolJournal::open(const std::filesystem::path& file, std::
     std::optional<SpoolEvent> event;
     if (end != std::string::npos) event = event_of(std::string_view(*content).substr(good, end - good));
     if (!event && !last) {
-      return fail("the journal of a scan is damaged", file.string(), "its keyframes are still in the folder next to it");
+      return fail("the journal of a scan is damaged", file.string(),
+                  "its keyframes are still in the folder next to it");
     }
     if (!event) break;
     events.push_back(std::move(*event));

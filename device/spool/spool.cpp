@@ -6,10 +6,10 @@
 #include "common/bundle/ulid.h"
 #include "device/spool/journal.h"
 
+#include <spdlog/spdlog.h>
 #include <algorithm>
 #include <cctype>
 #include <set>
-#include <spdlog/spdlog.h>
 #include <system_error>
 
 namespace gyre {
@@ -108,7 +108,9 @@ Result<std::unique_ptr<Spool>> Spool::open(const fs::path& folder) {
   return spool;
 }
 
-fs::path Spool::journal_file(const std::string& scan_id) const { return folder_ / scan_id / "spool.jsonl"; }
+fs::path Spool::journal_file(const std::string& scan_id) const {
+  return folder_ / scan_id / "spool.jsonl";
+}
 
 Result<void> Spool::load(const std::string& scan_id) {
   std::vector<SpoolEvent> events;
@@ -313,8 +315,8 @@ Result<void> Spool::fail_scan(const std::string& scan_id, const std::string& rea
 Result<void> Spool::add_result(const std::string& scan_id, const SpooledFile& result, const fs::path& from) {
   if (Result<void> synced = sync_path(from); !synced) return synced;
   if (Result<void> renamed = rename_durably(from, bundle(scan_id).root() / result.name); !renamed) return renamed;
-  return record(scan_id, {.kind = Kind::result, .name = result.name, .size = result.size, .sha256 = result.sha256,
-                          .reason = {}});
+  return record(
+      scan_id, {.kind = Kind::result, .name = result.name, .size = result.size, .sha256 = result.sha256, .reason = {}});
 }
 
 Result<void> Spool::deliver_scan(const std::string& scan_id) {

@@ -21,8 +21,8 @@
 
 namespace gyre {
 
-// All scans of the device, each a bundle in <folder>/<scan-id>/ with a journal spool.jsonl in it. Survives a kill at any
-// moment: a file or step whose call returned is there after a restart, one whose call did not return may be missing
+// All scans of the device, each a bundle in <folder>/<scan-id>/ with a journal spool.jsonl in it. Survives a kill at
+// any moment: a file or step whose call returned is there after a restart, one whose call did not return may be missing
 // whole, never half. Nothing is deleted that the host has not acknowledged, except what the selection discarded.
 // All methods may be called from any thread. Every error leaves the scan as it was.
 class Spool {

@@ -64,8 +64,12 @@ void put(std::vector<SpooledFile>& files, SpooledFile file) {
 
 }  // namespace
 
-std::string_view name_of(SpoolPhase phase) { return phase_names[static_cast<std::size_t>(phase)]; }
-std::string_view name_of(SpoolEvent::Kind kind) { return kind_names[static_cast<std::size_t>(kind)]; }
+std::string_view name_of(SpoolPhase phase) {
+  return phase_names[static_cast<std::size_t>(phase)];
+}
+std::string_view name_of(SpoolEvent::Kind kind) {
+  return kind_names[static_cast<std::size_t>(kind)];
+}
 
 const SpooledFile* find_file(const std::vector<SpooledFile>& files, std::string_view name) {
   const auto at = std::lower_bound(files.begin(), files.end(), name,
@@ -76,12 +80,17 @@ const SpooledFile* find_file(const std::vector<SpooledFile>& files, std::string_
 Result<void> apply(SpooledScan& scan, const SpoolEvent& event) {
   const std::optional<SpoolPhase> next = next_phase(scan.phase, event.kind);
   if (!next) {
-    return fail("the scan is " + std::string(name_of(scan.phase)) + " and cannot become " +
-                    std::string(name_of(event.kind)), scan.id);
+    return fail(
+        "the scan is " + std::string(name_of(scan.phase)) + " and cannot become " + std::string(name_of(event.kind)),
+        scan.id);
   }
   switch (event.kind) {
-    case Kind::file: put(scan.files, {event.name, event.size, event.sha256, SpooledFilePhase::spooled}); break;
-    case Kind::result: put(scan.results, {event.name, event.size, event.sha256, SpooledFilePhase::acknowledged}); break;
+    case Kind::file:
+      put(scan.files, {event.name, event.size, event.sha256, SpooledFilePhase::spooled});
+      break;
+    case Kind::result:
+      put(scan.results, {event.name, event.size, event.sha256, SpooledFilePhase::acknowledged});
+      break;
     case Kind::discarded:
     case Kind::stored:
     case Kind::lost: {
@@ -96,11 +105,16 @@ Result<void> apply(SpooledScan& scan, const SpoolEvent& event) {
       }
       break;
     }
-    case Kind::failed: scan.reason = event.reason; break;
-    case Kind::acknowledged: scan.reason.clear(); break;
+    case Kind::failed:
+      scan.reason = event.reason;
+      break;
+    case Kind::acknowledged:
+      scan.reason.clear();
+      break;
     case Kind::opened:
     case Kind::closed:
-    case Kind::delivered: break;
+    case Kind::delivered:
+      break;
   }
   scan.phase = *next;
   return {};

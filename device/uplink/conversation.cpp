@@ -3,9 +3,9 @@
 
 #include "common/wire/link_socket.h"
 
+#include <spdlog/spdlog.h>
 #include <algorithm>
 #include <array>
-#include <spdlog/spdlog.h>
 #include <variant>
 #include <zmq.hpp>
 
@@ -16,7 +16,9 @@ namespace {
 constexpr std::chrono::milliseconds longest_poll{500};
 constexpr int messages_between_polls = 32;
 
-Ending refused(const std::string& text) { return {Ending::Kind::refused, text}; }
+Ending refused(const std::string& text) {
+  return {Ending::Kind::refused, text};
+}
 
 }  // namespace
 
@@ -58,7 +60,8 @@ struct Conversation::Handler {
   }
 };
 
-Conversation::Conversation(zmq::context_t& context, const UplinkOptions& options, Spool& spool, ConversationEvents events)
+Conversation::Conversation(zmq::context_t& context, const UplinkOptions& options, Spool& spool,
+                           ConversationEvents events)
     : options_(options),
       spool_(spool),
       events_(std::move(events)),
@@ -72,7 +75,8 @@ Ending Conversation::hold(Wakeup& wakeup, const std::atomic<bool>& stop) {
   started_ = last_heard_ = last_ping_ = Clock::now();
   try {
     socket_->connect(options_.host);
-    if (Result<void> sent = send(wire::Hello{wire::protocol_major, wire::protocol_minor, options_.device_name}); !sent) {
+    if (Result<void> sent = send(wire::Hello{wire::protocol_major, wire::protocol_minor, options_.device_name});
+        !sent) {
       return unreachable(sent.error().message());
     }
     return converse(wakeup, stop);
@@ -86,7 +90,8 @@ Ending Conversation::converse(Wakeup& wakeup, const std::atomic<bool>& stop) {
     std::array<zmq::pollitem_t, 3> items = {{{socket_->handle(), 0, ZMQ_POLLIN, 0},
                                              {monitor_->events().handle(), 0, ZMQ_POLLIN, 0},
                                              {nullptr, wakeup.descriptor(), ZMQ_POLLIN, 0}}};
-    const auto patience = more_to_write_ ? std::chrono::milliseconds(0) : std::min(longest_poll, options_.ping_interval);
+    const auto patience =
+        more_to_write_ ? std::chrono::milliseconds(0) : std::min(longest_poll, options_.ping_interval);
     zmq::poll(items.data(), items.size(), patience);
     if (items[2].revents != 0) {
       wakeup.clear();
@@ -108,8 +113,11 @@ std::optional<Ending> Conversation::exchange() {
 std::optional<Ending> Conversation::read_events() {
   while (const std::optional<ConnectionEvent> event = monitor_->next()) {
     switch (*event) {
-      case ConnectionEvent::connected: break;
-      case ConnectionEvent::secured: secured_ = true; break;
+      case ConnectionEvent::connected:
+        break;
+      case ConnectionEvent::secured:
+        secured_ = true;
+        break;
       case ConnectionEvent::unknown_key:
         return refused("the host does not know this device: pair it; this device's key is " + options_.keys.public_key);
       case ConnectionEvent::lost:

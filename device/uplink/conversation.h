@@ -7,8 +7,8 @@
 #include "device/spool/spool.h"
 #include "device/uplink/download.h"
 #include "device/uplink/monitor.h"
-#include "device/uplink/upload.h"
 #include "device/uplink/uplink.h"
+#include "device/uplink/upload.h"
 
 #include <atomic>
 #include <chrono>

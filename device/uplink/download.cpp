@@ -3,12 +3,12 @@
 
 #include "common/bundle/sha256.h"
 
+#include <fcntl.h>
+#include <unistd.h>
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fcntl.h>
 #include <system_error>
-#include <unistd.h>
 
 namespace gyre {
 
@@ -32,9 +32,13 @@ Result<void> append(const fs::path& file, std::string_view data) {
 
 }  // namespace
 
-fs::path Download::part() const { return spool_.bundle(offer_.scan).root() / (file().name + "." + file().sha256 + ".part"); }
+fs::path Download::part() const {
+  return spool_.bundle(offer_.scan).root() / (file().name + "." + file().sha256 + ".part");
+}
 
-Result<void> Download::start(const Send& send) { return advance(send); }
+Result<void> Download::start(const Send& send) {
+  return advance(send);
+}
 
 // Goes to the next file that is not here whole, and fetches it; after the last, the scan is delivered.
 Result<void> Download::advance(const Send& send) {
@@ -60,7 +64,8 @@ Result<void> Download::advance(const Send& send) {
 Result<void> Download::ask(const Send& send) {
   const bool check_only = received_ == file().size && asked_ == received_;
   while (check_only || (asked_ < file().size && asked_ < received_ + window)) {
-    if (Result<void> sent = send(wire::ResultRequest{offer_.scan, file().name, file().sha256, asked_}); !sent) return sent;
+    if (Result<void> sent = send(wire::ResultRequest{offer_.scan, file().name, file().sha256, asked_}); !sent)
+      return sent;
     asked_ += wire::max_chunk_bytes;
     if (check_only) break;
   }
@@ -85,7 +90,8 @@ Result<void> Download::on(const wire::ResultChunk& chunk, const Send& send) {
   } else {
     std::error_code error;
     fs::remove(part(), error);
-    if (++damaged_ >= max_damaged) return fail("a result keeps arriving damaged", file().name, "look at the host's disk");
+    if (++damaged_ >= max_damaged)
+      return fail("a result keeps arriving damaged", file().name, "look at the host's disk");
   }
   return advance(send);
 }

@@ -29,7 +29,9 @@ ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& soc
   events_->connect(address);
 }
 
-ConnectionMonitor::~ConnectionMonitor() { zmq_socket_monitor(watched_.handle(), nullptr, 0); }
+ConnectionMonitor::~ConnectionMonitor() {
+  zmq_socket_monitor(watched_.handle(), nullptr, 0);
+}
 
 std::optional<ConnectionEvent> ConnectionMonitor::next() {
   while (true) {
@@ -41,11 +43,16 @@ std::optional<ConnectionEvent> ConnectionMonitor::next() {
     if (event.size() < sizeof code) continue;
     std::memcpy(&code, event.data(), sizeof code);
     switch (code) {
-      case ZMQ_EVENT_CONNECTED: return ConnectionEvent::connected;
-      case ZMQ_EVENT_HANDSHAKE_SUCCEEDED: return ConnectionEvent::secured;
-      case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH: return ConnectionEvent::unknown_key;
-      case ZMQ_EVENT_MONITOR_STOPPED: break;
-      default: return ConnectionEvent::lost;
+      case ZMQ_EVENT_CONNECTED:
+        return ConnectionEvent::connected;
+      case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
+        return ConnectionEvent::secured;
+      case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH:
+        return ConnectionEvent::unknown_key;
+      case ZMQ_EVENT_MONITOR_STOPPED:
+        break;
+      default:
+        return ConnectionEvent::lost;
     }
   }
 }

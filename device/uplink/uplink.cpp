@@ -4,13 +4,13 @@
 #include "common/wire/wakeup.h"
 #include "device/uplink/conversation.h"
 
+#include <spdlog/spdlog.h>
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <condition_variable>
 #include <map>
 #include <mutex>
-#include <spdlog/spdlog.h>
 #include <thread>
 #include <zmq.hpp>
 
@@ -42,7 +42,8 @@ Result<void> UplinkOptions::check() const {
   }
   if (!is_public_key(keys.public_key)) return wrong_use("this device has no key pair", "", "pair it with the host");
   if (reconnect_min.count() <= 0 || reconnect_max < reconnect_min) return wrong_use("reconnect_min and reconnect_max");
-  if (ping_interval.count() <= 0 || silence_timeout <= ping_interval) return wrong_use("ping_interval, silence_timeout");
+  if (ping_interval.count() <= 0 || silence_timeout <= ping_interval)
+    return wrong_use("ping_interval, silence_timeout");
   return {};
 }
 
@@ -141,18 +142,24 @@ void Uplink::Worker::pause(std::chrono::milliseconds duration) {
 }
 
 Error Uplink::Worker::kept(const std::string& scan_id, const std::string& what) const {
-  return {what, {}, "the scan is kept in " + spool_.bundle(scan_id).root().string() + " and sent when it works",
+  return {what,
+          {},
+          "the scan is kept in " + spool_.bundle(scan_id).root().string() + " and sent when it works",
           Error::Kind::failed};
 }
 
 // The end of waiting for a scan, if it has come to that. The mutex is held.
 std::optional<Result<void>> Uplink::Worker::verdict(const SpooledScan& scan) const {
   switch (scan.phase) {
-    case SpoolPhase::delivered: return Result<void>();
-    case SpoolPhase::failed: return fail("the host could not reconstruct the scan", scan.reason);
-    case SpoolPhase::recording: return wrong_use("the scan is still being recorded", scan.id);
+    case SpoolPhase::delivered:
+      return Result<void>();
+    case SpoolPhase::failed:
+      return fail("the host could not reconstruct the scan", scan.reason);
+    case SpoolPhase::recording:
+      return wrong_use("the scan is still being recorded", scan.id);
     case SpoolPhase::closed:
-    case SpoolPhase::acknowledged: break;
+    case SpoolPhase::acknowledged:
+      break;
   }
   const auto no = refused_.find(scan.id);
   if (no != refused_.end()) return tl::unexpected(kept(scan.id, "the host does not take the scan: " + no->second));
@@ -199,7 +206,9 @@ Result<void> Uplink::Worker::wait_for_result(const std::string& scan_id, const R
 Uplink::Uplink(UplinkOptions options, Spool& spool) : worker_(std::make_unique<Worker>(std::move(options), spool)) {}
 Uplink::~Uplink() = default;
 
-LinkStatus Uplink::status() const { return worker_->status(); }
+LinkStatus Uplink::status() const {
+  return worker_->status();
+}
 
 Result<void> Uplink::wait_for_result(const std::string& scan_id, const ResultWait& wait,
                                      const std::function<void(const ScanProgress&)>& progress) {

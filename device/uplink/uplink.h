@@ -46,7 +46,8 @@ struct ResultWait {
 };
 
 // Starts working when constructed, on a thread of its own: follows the spool, sends every file that is not acknowledged
-// (recording or closed), announces discards and closed scans, fetches results, reconnects for ever. The spool outlives it.
+// (recording or closed), announces discards and closed scans, fetches results, reconnects for ever. The spool outlives
+// it.
 class Uplink {
  public:
   // options.check() must hold.

@@ -15,7 +15,9 @@ using Next = std::optional<wire::Message>;
 // A host that answers ScanClose with the same gap again and again is at odds with itself.
 constexpr int max_closes = 5;
 
-bool is_dropped(const SpooledFile& file) { return file.phase == SpooledFilePhase::discarded; }
+bool is_dropped(const SpooledFile& file) {
+  return file.phase == SpooledFilePhase::discarded;
+}
 
 }  // namespace
 
@@ -37,7 +39,8 @@ Result<Next> Upload::next() {
   return next_chunk();
 }
 
-// Small messages of a scan first, then the choice of the next file; nothing when only chunks of a file are left to send.
+// Small messages of a scan first, then the choice of the next file; nothing when only chunks of a file are left to
+// send.
 Result<Next> Upload::next_of(const std::string& id, Scan& scan) {
   if (scan.over || (scan.open_sent && !scan.host_known)) return Next();
   const std::optional<SpooledScan> now = spool_.scan(id);
@@ -96,7 +99,9 @@ Result<Next> Upload::next_chunk() {
   if (credit_ < wire::cost_of(size)) return Next();
   credit_ -= wire::cost_of(size);
   const SpooledFile& file = current_->file;
-  wire::FileChunk chunk{current_->scan, {file.name, file.size, file.sha256}, current_->offset,
+  wire::FileChunk chunk{current_->scan,
+                        {file.name, file.size, file.sha256},
+                        current_->offset,
                         current_->content.substr(current_->offset, size)};
   current_->offset += size;
   if (current_->offset == current_->content.size()) {
@@ -114,12 +119,19 @@ Result<void> Upload::on(const wire::ScanState& state) {
   stale_ = true;
   scan.host_known = true;
   switch (state.phase) {
-    case wire::ScanPhase::receiving: break;
+    case wire::ScanPhase::receiving:
+      break;
     case wire::ScanPhase::queued:
     case wire::ScanPhase::running:
-    case wire::ScanPhase::done: scan.over = true; return spool_.acknowledge_scan(state.scan);
-    case wire::ScanPhase::failed: scan.over = true; return spool_.fail_scan(state.scan, state.text);
-    case wire::ScanPhase::refused: scan.over = true; return {};
+    case wire::ScanPhase::done:
+      scan.over = true;
+      return spool_.acknowledge_scan(state.scan);
+    case wire::ScanPhase::failed:
+      scan.over = true;
+      return spool_.fail_scan(state.scan, state.text);
+    case wire::ScanPhase::refused:
+      scan.over = true;
+      return {};
   }
   if (std::exchange(scan.close_sent, false) && ++scan.closes >= max_closes) {
     return fail("the host keeps missing files of a scan", state.scan, "look at its log");

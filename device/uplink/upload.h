@@ -37,14 +37,14 @@ class Upload {
   // A scan on this connection.
   struct Scan {
     bool open_sent = false;
-    bool host_known = false;                   // its ScanState is here
+    bool host_known = false;  // its ScanState is here
     bool close_sent = false;
-    bool over = false;                         // the host has it, failed it or refuses it
-    std::set<std::string> at_host;             // names sent here, or held before
-    std::map<std::string, std::string> sent;   // name to hash: sent whole here, not to be sent again
+    bool over = false;                           // the host has it, failed it or refuses it
+    std::set<std::string> at_host;               // names sent here, or held before
+    std::map<std::string, std::string> sent;     // name to hash: sent whole here, not to be sent again
     std::map<std::string, wire::HeldFile> held;  // what the host has parts of, by name
-    std::set<std::string> resumed;             // names the host asked for again: their hash is checked before
-    int closes = 0;                            // times ScanClose was answered with "something is missing"
+    std::set<std::string> resumed;               // names the host asked for again: their hash is checked before
+    int closes = 0;                              // times ScanClose was answered with "something is missing"
   };
   // The file being sent.
   struct Current {

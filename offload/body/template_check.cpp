@@ -27,8 +27,13 @@ class Checker {
   }
 
  private:
-  void error(std::string what) { findings_.push_back({true, std::move(what)}); }
-  void note(std::string what) { findings_.push_back({false, std::move(what)}); }
+  void error(const std::string& what) { add(true, what); }
+  void note(const std::string& what) { add(false, what); }
+  void add(bool is_error, const std::string& what) {
+    findings_.emplace_back();
+    findings_.back().is_error = is_error;
+    findings_.back().what = what;
+  }
   std::size_t vertex_count() const { return body_.mesh.vertices.size(); }
   bool in_range(int vertex) const { return vertex >= 0 && static_cast<std::size_t>(vertex) < vertex_count(); }
 

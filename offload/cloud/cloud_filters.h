@@ -26,12 +26,12 @@ std::vector<char> well_surrounded(const PointCloud& cloud, double radius, int co
 
 struct ClusterOptions {
   double gap = 0.03;        // metres; points nearer than about this are connected
-  double min_share = 0.02;  // of the largest cluster's points, for a cluster to be kept
+  double min_share = 0.02;  // of the heaviest cluster's weight, for a cluster to be kept
 };
 
-// 1 for points of the largest cluster and of others of at least min_share of its size; clusters are connected
-// components of occupied cubes with side `gap`, all 26 neighbours counted. Points count with `weight` times how near
-// the vertical axis through the region's centre they are, so that what stands at the border does not win.
+// 1 for points of the heaviest cluster and of others of at least min_share of its weight; clusters are connected
+// components of occupied cubes with side `gap`, all 26 neighbours counted. A point weighs less the farther it is from
+// the vertical axis through the region's centre, so that what stands at the border does not win.
 std::vector<char> subject_clusters(const PointCloud& cloud, const SubjectRegion& region, const ClusterOptions& options);
 
 }  // namespace gyre

@@ -5,7 +5,6 @@
 #include "offload/cloud/voxel_thinning.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -124,9 +123,15 @@ Result<std::vector<StereoView>> load_views(const ColmapModel& model, const std::
   std::vector<std::string> faults(images.size());
   parallel_steps(images.size(), options.threads, progress, 0.0, 0.05, "undistorting", [&](std::size_t i) {
     const Camera& camera = model.camera_of(*images[i]);
+    const std::filesystem::path file = folder / images[i]->name;
+    std::error_code ignored;
+    if (!std::filesystem::exists(file, ignored)) {
+      faults[i] = "it is missing";
+      return;
+    }
     cv::Mat picture;
     try {
-      picture = cv::imread(folder / images[i]->name, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+      picture = cv::imread(file, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
     } catch (const cv::Exception& e) {
       faults[i] = e.what();
       return;

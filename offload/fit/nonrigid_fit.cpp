@@ -23,6 +23,7 @@ double stiffness_of(BodyRegion region, const NonrigidFitOptions& options) {
     case BodyRegion::right_foot:
       return options.foot_stiffness;
     case BodyRegion::head:
+    case BodyRegion::face:
       return options.head_stiffness;
     default:
       return 1.0;

@@ -12,12 +12,12 @@
 namespace gyre {
 
 struct NonrigidFitOptions {
-  double first_stiffness = 1.0;  // l_reg goes from this ...
-  double last_stiffness = 1e-4;  // ... to this, in equal ratios
+  double first_stiffness = 10.0;  // l_reg goes from this ...
+  double last_stiffness = 1e-2;   // ... to this, in equal ratios
   int steps = 6;
-  int searches = 3;        // new correspondences a step
-  int turns = 2;           // rotations and vertices in turn, a search
-  double membrane = 0.01;  // of EdgeLaplacian
+  int searches = 3;       // new correspondences a step
+  int turns = 2;          // rotations and vertices in turn, a search
+  double membrane = 3.0;  // of EdgeLaplacian
   double points_per_vertex = 2.0;
   double first_radius = 0.06;  // metres; gate of the correspondences at the first step ...
   double last_radius = 0.02;   // ... and at the last
@@ -27,7 +27,7 @@ struct NonrigidFitOptions {
   // Factors of the stiffness where the template has details that clouds do not show one by one.
   double hand_stiffness = 30.0;
   double foot_stiffness = 10.0;
-  double head_stiffness = 4.0;  // ears under hair
+  double head_stiffness = 3.0;  // and face
   int threads = 0;
 };
 

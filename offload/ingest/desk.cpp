@@ -3,10 +3,10 @@
 
 #include "common/bundle/bundle.h"
 
+#include <spdlog/spdlog.h>
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <spdlog/spdlog.h>
 #include <type_traits>
 #include <variant>
 
@@ -91,8 +91,10 @@ void Desk::handle(const std::string& peer, const std::string& key, std::string_v
 
 void Desk::greet(const std::string& peer, const std::string& key, const wire::Hello& hello) {
   if (hello.major != wire::protocol_major) {
-    return refuse(peer, "this host speaks protocol " + std::to_string(wire::protocol_major) + ", the device " +
-                            std::to_string(hello.major) + "; bring both to the same version of Gyre", true);
+    return refuse(peer,
+                  "this host speaks protocol " + std::to_string(wire::protocol_major) + ", the device " +
+                      std::to_string(hello.major) + "; bring both to the same version of Gyre",
+                  true);
   }
   if (const auto before = peers_.find(key); before != peers_.end()) conversations_.erase(before->second);
   peers_[key] = peer;

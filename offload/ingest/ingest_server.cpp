@@ -7,10 +7,10 @@
 #include "offload/ingest/desk.h"
 #include "offload/ingest/zap.h"
 
+#include <spdlog/spdlog.h>
 #include <array>
 #include <map>
 #include <mutex>
-#include <spdlog/spdlog.h>
 #include <system_error>
 #include <thread>
 #include <zmq.hpp>
@@ -43,7 +43,8 @@ Result<void> IngestOptions::check() const {
   if (!endpoint.starts_with("tcp://")) return wrong_use("not an endpoint", endpoint, "write it as tcp://*:7410");
   if (!is_public_key(keys.public_key)) return wrong_use("the host has no key pair", "", "make one with the pair verb");
   constexpr std::uint64_t least = 1 << 20;  // a device must always be able to send a chunk while credit is on its way
-  if (credit_bytes < least) return wrong_use("credit_bytes is too small", std::to_string(credit_bytes), "1 MiB at least");
+  if (credit_bytes < least)
+    return wrong_use("credit_bytes is too small", std::to_string(credit_bytes), "1 MiB at least");
   return {};
 }
 
@@ -126,8 +127,9 @@ void IngestServer::Worker::stop() {
 }
 
 void IngestServer::Worker::serve() {
-  Desk desk({options_.credit_bytes, options_.max_file_bytes, options_.silence_timeout}, store_,
-            [this](const std::string& peer, wire::Message message) { return send(peer, std::move(message)); }, on_queued_);
+  Desk desk(
+      {options_.credit_bytes, options_.max_file_bytes, options_.silence_timeout}, store_,
+      [this](const std::string& peer, wire::Message message) { return send(peer, std::move(message)); }, on_queued_);
   while (true) {
     std::array<zmq::pollitem_t, 2> items = {
         {{socket_->handle(), 0, ZMQ_POLLIN, 0}, {nullptr, wakeup_.descriptor(), ZMQ_POLLIN, 0}}};
@@ -178,14 +180,21 @@ bool IngestServer::Worker::send(const std::string& peer, wire::Message message) 
   }
 }
 
-IngestServer::IngestServer(IngestOptions options, Store& store, std::function<void(const std::string& scan_id)> on_queued)
+IngestServer::IngestServer(IngestOptions options, Store& store,
+                           std::function<void(const std::string& scan_id)> on_queued)
     : worker_(std::make_unique<Worker>(std::move(options), store, std::move(on_queued))) {}
 
 IngestServer::~IngestServer() = default;
 
-Result<void> IngestServer::start() { return worker_->start(); }
-void IngestServer::stop() { worker_->stop(); }
-std::string IngestServer::endpoint() const { return worker_->endpoint(); }
+Result<void> IngestServer::start() {
+  return worker_->start();
+}
+void IngestServer::stop() {
+  worker_->stop();
+}
+std::string IngestServer::endpoint() const {
+  return worker_->endpoint();
+}
 
 void IngestServer::publish_progress(const std::string& scan_id, const std::string& stage, double fraction,
                                     const std::string& text) {

@@ -18,8 +18,8 @@ namespace gyre {
 struct IngestOptions {
   std::string endpoint = "tcp://*:7410";  // port 0 or *: any free one, see IngestServer::endpoint
   KeyPair keys;                           // of this host
-  std::filesystem::path allow_list;       // folder of the devices let in, see common/keys/keys.h; read at every handshake
-  std::uint64_t credit_bytes = 4 << 20;   // what one device may have under way
+  std::filesystem::path allow_list;  // folder of the devices let in, see common/keys/keys.h; read at every handshake
+  std::uint64_t credit_bytes = 4 << 20;  // what one device may have under way
   std::uint64_t max_file_bytes = 256 << 20;
   std::chrono::milliseconds silence_timeout{60000};  // a device not heard of for that long is gone
 

@@ -4,15 +4,15 @@
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/sha256.h"
 
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fcntl.h>
 #include <map>
-#include <spdlog/spdlog.h>
-#include <sys/stat.h>
 #include <system_error>
-#include <unistd.h>
 
 namespace gyre {
 
@@ -24,7 +24,9 @@ constexpr std::string_view frames_folder = "frames/";
 constexpr std::string_view part_suffix = ".part";
 constexpr std::size_t hash_length = 64;
 
-wire::FileEntry entry_of(const StoredFile& file) { return {file.name, file.size, file.sha256}; }
+wire::FileEntry entry_of(const StoredFile& file) {
+  return {file.name, file.size, file.sha256};
+}
 
 // Writes all of data at `offset` of a file, which is created if need be.
 Result<void> write_at(const fs::path& file, std::uint64_t offset, std::string_view data) {
@@ -77,11 +79,16 @@ std::vector<wire::HeldFile> parts_in(const fs::path& folder) {
 
 wire::ScanPhase wire_phase(StorePhase phase) {
   switch (phase) {
-    case StorePhase::receiving: return wire::ScanPhase::receiving;
-    case StorePhase::queued: return wire::ScanPhase::queued;
-    case StorePhase::running: return wire::ScanPhase::running;
-    case StorePhase::done: return wire::ScanPhase::done;
-    case StorePhase::failed: break;
+    case StorePhase::receiving:
+      return wire::ScanPhase::receiving;
+    case StorePhase::queued:
+      return wire::ScanPhase::queued;
+    case StorePhase::running:
+      return wire::ScanPhase::running;
+    case StorePhase::done:
+      return wire::ScanPhase::done;
+    case StorePhase::failed:
+      break;
   }
   return wire::ScanPhase::failed;
 }
@@ -195,7 +202,8 @@ Result<wire::ScanState> Receiver::close(const wire::ScanClose& manifest, bool& q
   if (Result<void> removed = remove_unlisted(manifest); !removed) return tl::unexpected(removed.error());
   const Result<void> good = verify_bundle(store_.bundle(manifest.scan));
   if (!good) spdlog::error("scan {} is not a usable bundle: {}", manifest.scan, good.error().message());
-  const Result<void> noted = good ? store_.queue_job(manifest.scan) : store_.fail_job(manifest.scan, good.error().message());
+  const Result<void> noted =
+      good ? store_.queue_job(manifest.scan) : store_.fail_job(manifest.scan, good.error().message());
   if (!noted) return tl::unexpected(noted.error());
   queued = good.has_value();
   std::error_code error;
@@ -222,7 +230,8 @@ Result<void> Receiver::remove_unlisted(const wire::ScanClose& manifest) {
     if (!listed.contains(std::string(frames_folder) + it->path().filename().string())) unlisted.push_back(it->path());
   }
   for (const fs::path& file : unlisted) fs::remove(file, error);
-  if (error) return fail("cannot clean up the frames of a scan", bundle.frames().string() + " (" + error.message() + ")");
+  if (error)
+    return fail("cannot clean up the frames of a scan", bundle.frames().string() + " (" + error.message() + ")");
   return {};
 }
 

@@ -25,14 +25,15 @@ class Receiver {
   // What the host has of a scan. Files that vanished from the disk are taken out of the catalogue first.
   Result<wire::ScanState> state(const std::string& scan_id);
 
-  // Stores a chunk. Returns the answer when there is one: FileAck, FileResume, or ScanState when the scan takes no files.
+  // Stores a chunk. Returns the answer when there is one: FileAck, FileResume, or ScanState when the scan takes no
+  // files.
   Result<std::optional<wire::Message>> accept(const wire::FileChunk& chunk);
 
   // Forgets a candidate while the scan is still receiving.
   Result<void> discard(const wire::Discard& discard);
 
-  // Compares the scan with its manifest. When all is here: removes what is not in it, verifies the bundle and queues the
-  // job (`queued` becomes true), or fails the scan. Returns the scan's state then.
+  // Compares the scan with its manifest. When all is here: removes what is not in it, verifies the bundle and queues
+  // the job (`queued` becomes true), or fails the scan. Returns the scan's state then.
   Result<wire::ScanState> close(const wire::ScanClose& manifest, bool& queued);
 
  private:

@@ -3,10 +3,10 @@
 
 #include "common/keys/keys.h"
 
+#include <spdlog/spdlog.h>
 #include <array>
 #include <iterator>
 #include <optional>
-#include <spdlog/spdlog.h>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,7 +21,9 @@ namespace {
 constexpr std::size_t request_frames = 7;
 constexpr std::string_view zap_version = "1.0";
 
-std::string_view text_of(const zmq::message_t& frame) { return {static_cast<const char*>(frame.data()), frame.size()}; }
+std::string_view text_of(const zmq::message_t& frame) {
+  return {static_cast<const char*>(frame.data()), frame.size()};
+}
 
 std::string z85_of(const zmq::message_t& key) {
   if (key.size() != 32) return {};
@@ -46,7 +48,8 @@ ZapHandler::~ZapHandler() {
 
 void ZapHandler::serve(zmq::socket_t socket) {
   while (true) {
-    std::array<zmq::pollitem_t, 2> items = {{{socket.handle(), 0, ZMQ_POLLIN, 0}, {nullptr, stop_.descriptor(), ZMQ_POLLIN, 0}}};
+    std::array<zmq::pollitem_t, 2> items = {
+        {{socket.handle(), 0, ZMQ_POLLIN, 0}, {nullptr, stop_.descriptor(), ZMQ_POLLIN, 0}}};
     zmq::poll(items.data(), items.size());
     if (items[1].revents != 0) return;
     std::vector<zmq::message_t> request;
@@ -66,9 +69,12 @@ void ZapHandler::serve(zmq::socket_t socket) {
                    request.size() > 3 ? text_of(request[3]) : "?", key.empty() ? "(none)" : key);
     }
     std::array<zmq::const_buffer, 6> reply = {
-        zmq::buffer(zap_version), request.size() > 1 ? zmq::const_buffer(request[1].data(), request[1].size()) : zmq::const_buffer(),
-        zmq::buffer(std::string_view(name ? "200" : "400")), zmq::buffer(std::string_view(name ? "OK" : "unknown key")),
-        zmq::buffer(key), zmq::const_buffer()};
+        zmq::buffer(zap_version),
+        request.size() > 1 ? zmq::const_buffer(request[1].data(), request[1].size()) : zmq::const_buffer(),
+        zmq::buffer(std::string_view(name ? "200" : "400")),
+        zmq::buffer(std::string_view(name ? "OK" : "unknown key")),
+        zmq::buffer(key),
+        zmq::const_buffer()};
     static_cast<void>(zmq::send_multipart(socket, reply));
   }
 }

@@ -51,8 +51,8 @@ constexpr const char* select_scan =
     "FROM scans LEFT JOIN jobs ON jobs.scan = scans.id ";
 
 StoredScan scan_of(const Statement& row) {
-  StoredScan scan{row.text(0), row.text(1), row.text(2), row.text(3), StorePhase::receiving, row.text(5),
-                  row.number(6) != 0};
+  StoredScan scan{row.text(0),           row.text(1), row.text(2),       row.text(3),
+                  StorePhase::receiving, row.text(5), row.number(6) != 0};
   const std::string phase = row.text(4);
   for (std::size_t i = 0; i < phase_names.size(); ++i) {
     if (phase_names[i] == phase) scan.phase = static_cast<StorePhase>(i);
@@ -111,7 +111,9 @@ Result<void> check_integrity(Database& database, const fs::path& file) {
 
 }  // namespace
 
-std::string_view name_of(StorePhase phase) { return phase_names[static_cast<std::size_t>(phase)]; }
+std::string_view name_of(StorePhase phase) {
+  return phase_names[static_cast<std::size_t>(phase)];
+}
 
 Store::Store(fs::path folder, FolderLock lock, std::unique_ptr<Database> database)
     : folder_(std::move(folder)), lock_(std::move(lock)), database_(std::move(database)) {}
@@ -144,14 +146,16 @@ Result<void> Store::open_scan(const Scan& scan, const std::string& device_key, c
   if (*owner && **owner != device_key) return fail("the scan belongs to another device", scan.id);
   std::error_code error;
   fs::create_directories(incoming(scan.id), error);
-  if (error) return fail("cannot create a folder in the store", incoming(scan.id).string() + " (" + error.message() + ")");
+  if (error)
+    return fail("cannot create a folder in the store", incoming(scan.id).string() + " (" + error.message() + ")");
   if (*owner && fs::exists(bundle(scan.id).frames())) return {};
   // The folder first: a scan in the catalogue always has one.
   if (const Result<Bundle> created = create_bundle(bundle(scan.id).root(), scan); !created) {
     return tl::unexpected(created.error());
   }
   if (Result<void> synced = sync_path(folder_ / "scans"); !synced) return synced;
-  return run(*database_, "INSERT INTO scans (id, device_key, device_name, created) VALUES (?, ?, ?, ?) ON CONFLICT DO NOTHING",
+  return run(*database_,
+             "INSERT INTO scans (id, device_key, device_name, created) VALUES (?, ?, ?, ?) ON CONFLICT DO NOTHING",
              std::string_view(scan.id), std::string_view(device_key), std::string_view(device_name),
              std::string_view(scan.created));
 }

@@ -36,12 +36,12 @@ struct StoredFile {
 
 struct StoredScan {
   std::string id;
-  std::string device_key;   // public key of the only device that may touch it
+  std::string device_key;  // public key of the only device that may touch it
   std::string device_name;
-  std::string created;      // as its scan.json says
+  std::string created;  // as its scan.json says
   StorePhase phase = StorePhase::receiving;
-  std::string reason;       // why the job failed
-  bool delivered = false;   // the device has all results
+  std::string reason;      // why the job failed
+  bool delivered = false;  // the device has all results
 };
 
 // <folder>/catalogue.sqlite, <folder>/scans/<scan-id>/ (bundles), <folder>/incoming/<scan-id>/ (files half received).

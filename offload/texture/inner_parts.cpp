@@ -18,7 +18,6 @@ const Eigen::Vector3f pupil(12, 10, 10);
 const Eigen::Vector3f teeth(205, 222, 230);
 const Eigen::Vector3f tongue(105, 95, 180);
 const Eigen::Vector3f mouth(60, 50, 120);
-const Eigen::Vector3f lashes(22, 25, 32);
 
 constexpr double degree = 0.017453292519943295;
 
@@ -50,7 +49,6 @@ InnerPaint::InnerPaint(const BodyTemplate& body)
     if (is("leftEye") || is("rightEye")) kind = Kind::eye;
     if (is("upperTeeth") || is("lowerTeeth")) kind = Kind::teeth;
     if (is("tongue")) kind = Kind::tongue;
-    if (is("lashes")) kind = Kind::lashes;
     if (kind == Kind::none) continue;
     std::fill_n(kind_.begin() + part.first_triangle, part.triangle_count, kind);
     if (kind != Kind::eye) continue;
@@ -90,8 +88,6 @@ Eigen::Vector3f InnerPaint::colour(int triangle, const Eigen::Vector3d& weights)
       return teeth;
     case Kind::tongue:
       return tongue;
-    case Kind::lashes:
-      return lashes;
     case Kind::mouth:
     case Kind::none:
       break;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Generated colours for the parts of the template that no photograph shows well: eyes, teeth, tongue, mouth, lashes.
+// Generated colours for the parts of the template that no photograph shows well: eyes, teeth, tongue, mouth. Lashes are
+// cards of the template that painted dark would be a bar; they take the photographs' colours.
 #pragma once
 
 #include "offload/body/template.h"
@@ -21,7 +22,7 @@ class InnerPaint {
   Eigen::Vector3f colour(int triangle, const Eigen::Vector3d& weights) const;
 
  private:
-  enum class Kind : std::uint8_t { none, eye, teeth, tongue, lashes, mouth };
+  enum class Kind : std::uint8_t { none, eye, teeth, tongue, mouth };
   struct Eye {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     double radius = 0.0;

@@ -11,7 +11,12 @@ import os
 import sys
 
 import bpy
+import numpy
 from mathutils import Vector
+
+# Blender 3.4's importer still uses an alias that numpy 1.24, both as in Debian 12, has dropped.
+if not hasattr(numpy, "bool"):
+    numpy.bool = bool
 
 PICTURE_SIZE = (480, 720)
 
@@ -68,6 +73,7 @@ def prepare_scene():
     scene.render.engine = "CYCLES"
     scene.cycles.device = "CPU"
     scene.cycles.samples = 4
+    scene.cycles.use_denoising = False  # Debian builds without it
     scene.view_settings.view_transform = "Standard"
     scene.world = bpy.data.worlds.new("light")
     scene.world.use_nodes = True

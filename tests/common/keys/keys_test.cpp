@@ -84,7 +84,8 @@ TEST(AllowList, LetsInWhoIsOnIt) {
 TEST(AllowList, RefusesBadNamesAndKeys) {
   const TemporaryFolder folder;
   const std::string key = make_key_pair().public_key;
-  for (const char* name : {"", "..", "../x", "a/b", "a b"}) EXPECT_FALSE(authorise_device(folder.path(), name, key)) << name;
+  for (const char* name : {"", "..", "../x", "a/b", "a b"})
+    EXPECT_FALSE(authorise_device(folder.path(), name, key)) << name;
   EXPECT_FALSE(authorise_device(folder.path(), std::string(65, 'a'), key));
   EXPECT_FALSE(authorise_device(folder.path(), "rig", "not a key"));
   EXPECT_FALSE(revoke_device(folder.path(), "../x"));

@@ -2,9 +2,9 @@
 // Runs the fuzz target over a corpus grown from well-formed messages by seeded mutation.
 #include "tests/common/wire/sample_messages.h"
 
+#include <gtest/gtest.h>
 #include <algorithm>
 #include <cstdint>
-#include <gtest/gtest.h>
 #include <random>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
@@ -17,12 +17,24 @@ std::string mutate(std::string bytes, const std::vector<std::string>& corpus, st
   for (std::size_t edits = 1 + below(6); edits > 0; --edits) {
     const std::size_t at = below(bytes.size() + 1);
     switch (below(6)) {
-      case 0: bytes.insert(at, 1, static_cast<char>(random() & 0xff)); break;
-      case 1: bytes.erase(at, 1 + below(8)); break;
-      case 2: if (at < bytes.size()) bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8))); break;
-      case 3: bytes.insert(at, corpus[below(corpus.size())]); break;
-      case 4: bytes.resize(at); break;
-      default: if (at < bytes.size()) bytes.insert(at, bytes.substr(at, 1 + below(64))); break;
+      case 0:
+        bytes.insert(at, 1, static_cast<char>(random() & 0xff));
+        break;
+      case 1:
+        bytes.erase(at, 1 + below(8));
+        break;
+      case 2:
+        if (at < bytes.size()) bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8)));
+        break;
+      case 3:
+        bytes.insert(at, corpus[below(corpus.size())]);
+        break;
+      case 4:
+        bytes.resize(at);
+        break;
+      default:
+        if (at < bytes.size()) bytes.insert(at, bytes.substr(at, 1 + below(64)));
+        break;
     }
   }
   return bytes;

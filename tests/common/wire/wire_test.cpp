@@ -12,7 +12,9 @@ namespace {
 const std::string scan_id = "01ARZ3NDEKTSV4RRFFQ69G5FAV";
 const std::string hash(64, '7');
 
-bool decodes(const Message& message) { return decode(encode(message)).has_value(); }
+bool decodes(const Message& message) {
+  return decode(encode(message)).has_value();
+}
 
 FileChunk chunk(const std::string& name, std::uint64_t size, std::uint64_t offset, std::size_t data) {
   return {scan_id, {name, size, hash}, offset, std::string(data, 'x')};

@@ -48,7 +48,8 @@ TEST(SpoolJournal, SurvivesBeingCutAnywhere) {
     SCOPED_TRACE(length);
     const auto file = folder.path() / "cut";
     ASSERT_TRUE(write_file(file, std::string_view(text).substr(0, length)));
-    const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<long>(length), '\n'));
+    const auto lines =
+        static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<long>(length), '\n'));
     write_journal(file, {{Kind::closed, "", 0, "", ""}});
     std::vector<SpoolEvent> events;
     ASSERT_TRUE(SpoolJournal::open(file, events));

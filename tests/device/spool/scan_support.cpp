@@ -42,7 +42,9 @@ std::vector<std::byte> small_keyframe(std::uint64_t seed, std::size_t size) {
   return {bytes.begin(), bytes.end()};
 }
 
-std::string keyframe_name(int index) { return "frames/" + frame_name("body", index); }
+std::string keyframe_name(int index) {
+  return "frames/" + frame_name("body", index);
+}
 
 std::vector<FrameRecord> small_records(int count, const std::vector<int>& keyframes) {
   std::vector<FrameRecord> records;

@@ -5,12 +5,12 @@
 #include "common/bundle/sha256.h"
 #include "tests/device/spool/scan_support.h"
 
-#include <csignal>
 #include <gtest/gtest.h>
-#include <random>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <csignal>
+#include <random>
 
 namespace gyre {
 namespace {
@@ -159,7 +159,8 @@ TEST(Spool, AFullDiskIsAnErrorAndTheScanIsKept) {
   if (child == 0) {
     std::signal(SIGXFSZ, SIG_IGN);
     auto spool = Spool::open(folder.path()).value();
-    bool good = spool->open_scan(scan) && spool->add_file(scan.id, keyframe_name(1), small_keyframe(1, 500)).has_value();
+    bool good =
+        spool->open_scan(scan) && spool->add_file(scan.id, keyframe_name(1), small_keyframe(1, 500)).has_value();
     // Even the journal does not fit any more.
     const rlimit limit{100, 100};
     ::setrlimit(RLIMIT_FSIZE, &limit);
@@ -193,7 +194,8 @@ TEST(Spool, SurvivesKillsWhileRecording) {
       auto spool = Spool::open(folder.path()).value();
       bool good = spool->open_scan(scan).has_value();
       for (char i = 0; good && i < frames; ++i) {
-        good = spool->add_file(scan.id, keyframe_name(i), small_keyframe(static_cast<std::uint64_t>(i), 3000)).has_value();
+        good =
+            spool->add_file(scan.id, keyframe_name(i), small_keyframe(static_cast<std::uint64_t>(i), 3000)).has_value();
         if (i % 3 == 2) good = good && spool->discard(scan.id, keyframe_name(i)).has_value();
         good = good && ::write(report[1], &i, 1) == 1;
       }

@@ -38,7 +38,8 @@ class DownloadTest : public testing::Test {
       sent_.erase(sent_.begin());
       const std::string& content = request.name == "avatar.glb" ? avatar_ : empty_;
       Result<void> done = download.on({scan_.id, request.name, request.sha256, request.offset,
-                                       content.substr(request.offset, wire::max_chunk_bytes)}, send());
+                                       content.substr(request.offset, wire::max_chunk_bytes)},
+                                      send());
       if (!done) return done;
     }
     return {};

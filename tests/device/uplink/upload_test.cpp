@@ -12,11 +12,10 @@ namespace {
 // A connection of which the test plays the host.
 class UploadTest : public testing::Test {
  protected:
-  void SetUp() override {
-    ASSERT_TRUE(spool_->open_scan(scan_));
-  }
+  void SetUp() override { ASSERT_TRUE(spool_->open_scan(scan_)); }
   void add(int index, std::size_t size) {
-    ASSERT_TRUE(spool_->add_file(scan_.id, keyframe_name(index), small_keyframe(static_cast<std::uint64_t>(index), size)));
+    ASSERT_TRUE(
+        spool_->add_file(scan_.id, keyframe_name(index), small_keyframe(static_cast<std::uint64_t>(index), size)));
     upload_.refresh();
   }
   // The next message, which must be of that kind.

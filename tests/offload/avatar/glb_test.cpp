@@ -198,7 +198,7 @@ TEST_P(GlbOf, EqualAvatarsGiveEqualBytes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Templates, GlbOf, testing::Values(false, true),
-                         [](const auto& info) { return info.param ? "BuiltIn" : "Box"; });
+                         [](const auto& which) { return which.param ? "BuiltIn" : "Box"; });
 
 }  // namespace
 }  // namespace gyre

@@ -115,8 +115,7 @@ TEST(JointRegressor, ReproducesAConvexCombination) {
   for (const auto& [vertex, weight] : fitted.weights) {
     EXPECT_GT(weight, 0);
     sum += weight;
-    if (vertex == 4) EXPECT_NEAR(weight, 0.75, 0.01);
-    if (vertex == 7) EXPECT_NEAR(weight, 0.25, 0.01);
+    EXPECT_NEAR(weight, vertex == 4 ? 0.75 : vertex == 7 ? 0.25 : 0.0, 0.01);
   }
   EXPECT_NEAR(sum, 1, 1e-12);
   EXPECT_LT(fitted.rms, 0.02);

@@ -10,19 +10,6 @@
 namespace gyre {
 namespace {
 
-// Some amount of work that took place somewhere, to cut the next fault off from: grows with every file that arrives.
-std::uint64_t bytes_below(const std::filesystem::path& folder) {
-  std::uint64_t total = 0;
-  std::error_code error;
-  for (auto it = std::filesystem::recursive_directory_iterator(folder, error);
-       !error && it != std::filesystem::recursive_directory_iterator(); it.increment(error)) {
-    std::error_code gone;
-    const std::uintmax_t size = it->file_size(gone);
-    if (!gone) total += size;
-  }
-  return total;
-}
-
 class Fault : public testing::TestWithParam<unsigned> {};
 
 TEST_P(Fault, NothingIsLostOrDoubled) {
@@ -32,7 +19,6 @@ TEST_P(Fault, NothingIsLostOrDoubled) {
   host.authorise(device.options().keys);
   host.set_credit(1 << 20);
   host.start();
-  const std::string host_endpoint = host.options().endpoint;
   device.connect(host);
 
   const Scan scan = small_scan();
@@ -41,7 +27,8 @@ TEST_P(Fault, NothingIsLostOrDoubled) {
   std::vector<int> chosen;
   ASSERT_TRUE(device.spool().open_scan(scan));
   for (int i = 0; i < frames; ++i) {
-    ASSERT_TRUE(device.spool().add_file(scan.id, keyframe_name(i), small_keyframe(static_cast<std::uint64_t>(i), frame_bytes)));
+    ASSERT_TRUE(
+        device.spool().add_file(scan.id, keyframe_name(i), small_keyframe(static_cast<std::uint64_t>(i), frame_bytes)));
     if (i % 5 == 4) {
       ASSERT_TRUE(device.spool().discard(scan.id, keyframe_name(i)));
     } else {

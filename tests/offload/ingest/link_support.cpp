@@ -9,8 +9,10 @@
 #include <spdlog/spdlog.h>
 
 // libzmq is not built with ThreadSanitizer, which therefore does not see how its threads hand messages over.
-extern "C" const char* __tsan_default_options();                                                       // NOLINT
-extern "C" const char* __tsan_default_options() { return "ignore_noninstrumented_modules=1"; }        // NOLINT
+extern "C" const char* __tsan_default_options();  // NOLINT
+extern "C" const char* __tsan_default_options() {
+  return "ignore_noninstrumented_modules=1";
+}  // NOLINT
 
 namespace gyre {
 
@@ -92,6 +94,18 @@ std::string avatar_of(const Bundle& bundle) {
   return avatar;
 }
 
+std::uint64_t bytes_below(const std::filesystem::path& folder) {
+  std::uint64_t total = 0;
+  std::error_code error;
+  for (auto it = std::filesystem::recursive_directory_iterator(folder, error);
+       !error && it != std::filesystem::recursive_directory_iterator(); it.increment(error)) {
+    std::error_code gone;
+    const std::uintmax_t size = it->file_size(gone);
+    if (!gone) total += size;
+  }
+  return total;
+}
+
 struct LogCapture::Sink : spdlog::sinks::base_sink<std::mutex> {
   void sink_it_(const spdlog::details::log_msg& message) override {
     text.append(message.payload.data(), message.payload.size());
@@ -105,8 +119,14 @@ struct LogCapture::Sink : spdlog::sinks::base_sink<std::mutex> {
   std::string text;
 };
 
-LogCapture::LogCapture() : sink_(std::make_shared<Sink>()) { spdlog::default_logger()->sinks().push_back(sink_); }
-LogCapture::~LogCapture() { spdlog::default_logger()->sinks().pop_back(); }
-bool LogCapture::has(const std::string& text) const { return sink_->has(text); }
+LogCapture::LogCapture() : sink_(std::make_shared<Sink>()) {
+  spdlog::default_logger()->sinks().push_back(sink_);
+}
+LogCapture::~LogCapture() {
+  spdlog::default_logger()->sinks().pop_back();
+}
+bool LogCapture::has(const std::string& text) const {
+  return sink_->has(text);
+}
 
 }  // namespace gyre

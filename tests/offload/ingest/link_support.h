@@ -6,6 +6,8 @@
 #include "offload/ingest/ingest_server.h"
 #include "tests/device/spool/scan_support.h"
 
+#include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -20,6 +22,7 @@ class TestHost {
 
   void start();
   void stop();
+  const std::filesystem::path& folder() const { return folder_.path(); }
   Store& store() { return *store_; }
   IngestServer& server() { return *server_; }
   const IngestOptions& options() const { return options_; }
@@ -63,6 +66,9 @@ class TestDevice {
 
 // What the pipeline of run_jobs makes of a bundle: depends on every byte of every file.
 std::string avatar_of(const Bundle& bundle);
+
+// Size of everything in a folder. Tests cut the link off at some amount that has arrived.
+std::uint64_t bytes_below(const std::filesystem::path& folder);
 
 // What spdlog has been told since the object was made.
 class LogCapture {

@@ -48,9 +48,7 @@ TEST_F(Link, KeyframesLeaveWhileTheScanIsRecorded) {
   ASSERT_TRUE(device_.spool().open_scan(scan));
   ASSERT_TRUE(device_.spool().add_file(scan.id, keyframe_name(1), small_keyframe(1, 5000)));
   ASSERT_TRUE(device_.spool().add_file(scan.id, keyframe_name(2), small_keyframe(2, 5000)));
-  const auto stored = [&](int index) {
-    return host_.store().file(scan.id, keyframe_name(index)).value().has_value();
-  };
+  const auto stored = [&](int index) { return host_.store().file(scan.id, keyframe_name(index)).value().has_value(); };
   ASSERT_TRUE(eventually([&] { return stored(1) && stored(2); }));
   ASSERT_TRUE(device_.spool().discard(scan.id, keyframe_name(1)));
   ASSERT_TRUE(eventually([&] { return !stored(1); }));
@@ -132,7 +130,8 @@ TEST_F(Link, SeveralDevicesAndScansAtOnce) {
     for (int s = 0; s < 3; ++s) {
       const Scan scan = small_scan();
       scans[d].push_back(scan.id);
-      ASSERT_TRUE(spool_scan(devices[d]->spool(), scan, {1, 2, 3}, 20'000, 100 * d + 10 * static_cast<std::uint64_t>(s)));
+      ASSERT_TRUE(
+          spool_scan(devices[d]->spool(), scan, {1, 2, 3}, 20'000, 100 * d + 10 * static_cast<std::uint64_t>(s)));
     }
   }
   ASSERT_TRUE(eventually([&] { return host_.queued().size() == 9; }));

@@ -22,7 +22,9 @@ std::unique_ptr<Store> open_store(const fs::path& folder) {
   return std::move(store).value();
 }
 
-StorePhase phase(const Store& store, const std::string& id) { return store.scan(id).value()->phase; }
+StorePhase phase(const Store& store, const std::string& id) {
+  return store.scan(id).value()->phase;
+}
 
 void execute(const fs::path& file, const char* sql) {
   sqlite3* connection = nullptr;

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The analytic derivatives against differences.
+#include "offload/fit/body_jacobian.h"
+
+#include "offload/fit/pose_prior.h"
+
+#include <gtest/gtest.h>
+#include <random>
+
+namespace gyre {
+namespace {
+
+BodyState random_state(const BodyTemplate& body, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  BodyState state = rest_state(body);
+  state.scale = 1.1;
+  state.pose.translation = {0.3, -0.2, 0.5};
+  for (Eigen::Vector3d& r : state.pose.rotations)
+    r = 0.3 * Eigen::Vector3d(uniform(random), uniform(random), uniform(random));
+  state.pose.rotations[0].y() = 2.0;
+  for (Eigen::Index s = 0; s < state.shape.size(); ++s) state.shape[s] = uniform(random);
+  return state;
+}
+
+TEST(BodyJacobian, AgreesWithDifferences) {
+  const BodyTemplate body = built_in_template();
+  const BodyState state = random_state(body, 3);
+  const PosedBody posed = evaluate(body, state);
+  BodyJacobian jacobian(body, standing_prior(body, state.pose).joints, static_cast<int>(body.shapes.size()));
+  jacobian.linearise(state, posed);
+  std::vector<int> vertices;
+  for (std::size_t v = 5; v < body.skin.size(); v += body.skin.size() / 12) vertices.push_back(static_cast<int>(v));
+  std::vector<Eigen::Matrix3Xd> analytic(vertices.size(), Eigen::Matrix3Xd::Zero(3, jacobian.parameters()));
+  for (std::size_t i = 0; i < vertices.size(); ++i) jacobian.add_vertex(vertices[i], 1.0, analytic[i]);
+  constexpr double h = 1e-5;
+  for (int p = 0; p < jacobian.parameters(); ++p) {
+    const Eigen::VectorXd step = h * Eigen::VectorXd::Unit(jacobian.parameters(), p);
+    const PosedBody ahead = evaluate(body, jacobian.stepped(state, step));
+    const PosedBody behind = evaluate(body, jacobian.stepped(state, -step));
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const Eigen::Vector3d numeric = (ahead.vertices[vertices[i]] - behind.vertices[vertices[i]]) / (2 * h);
+      EXPECT_LT((numeric - analytic[i].col(p)).norm(), 1e-5) << "parameter " << p << " vertex " << vertices[i];
+    }
+  }
+}
+
+TEST(PosePrior, GradientVanishesAtTheMeanAndLimitsPushBack) {
+  const BodyTemplate body = built_in_template();
+  const BodyState state = random_state(body, 4);
+  PosePrior prior = standing_prior(body, state.pose);
+  prior.limits.clear();
+  const auto size = static_cast<Eigen::Index>(3 * prior.joints.size());
+  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
+  add_prior(prior, state.pose, 0, 0.03, hessian, gradient);
+  EXPECT_LT(gradient.norm(), 1e-12);
+
+  // A knee bent forwards by 0.4 rad is pushed back.
+  const int knee = body.joint_index("leftLowerLeg");
+  BodyPose straight = rest_state(body).pose;
+  prior = standing_prior(body, straight);
+  straight.rotations[knee] = {-0.4, 0, 0};
+  hessian.setZero();
+  gradient.setZero();
+  add_prior(prior, straight, 0, 0.03, hessian, gradient);
+  const auto slot = std::find(prior.joints.begin(), prior.joints.end(), knee) - prior.joints.begin();
+  EXPECT_LT(gradient[3 * slot], -100.0);
+}
+
+}  // namespace
+}  // namespace gyre
