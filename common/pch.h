@@ -28,9 +28,9 @@
 
 // clang-tidy pays for every header in every file, so for it a file includes the libraries it uses itself.
 #ifndef GYRE_LINT
+#include <spdlog/spdlog.h>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
-#include <spdlog/spdlog.h>
 #include <tl/expected.hpp>
 #endif

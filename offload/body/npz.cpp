@@ -102,6 +102,7 @@ Result<NpzArrays> read_npz(const std::filesystem::path& file) {
     return fail("not an NPZ archive", file.string());
   const std::size_t count = archive.number(end + 10, 2);
   std::size_t at = archive.number(end + 16, 4);
+  if (!archive.good) return fail("damaged NPZ archive", file.string());
 
   NpzArrays arrays;
   for (std::size_t member = 0; member < count; ++member) {

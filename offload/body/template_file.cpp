@@ -274,7 +274,7 @@ class TemplateReader {
         return damaged("shape " + morph.name);
       for (std::size_t v = 0; v < body_.mesh.vertices.size(); ++v) {
         const Eigen::Vector3f offset(step * (*packed)[3 * v], step * (*packed)[3 * v + 1], step * (*packed)[3 * v + 2]);
-        if (offset.isZero()) continue;
+        if ((offset.array() == 0).all()) continue;
         morph.vertices.push_back(static_cast<int>(v));
         morph.offsets.push_back(offset);
       }

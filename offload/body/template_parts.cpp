@@ -50,6 +50,7 @@ class Assembler {
     };
     const auto tongue = in_range(BaseRanges::body, BaseRanges::tongue_end);
     const auto lashes = in_range(BaseRanges::left_lashes, BaseRanges::lashes_end);
+    if (rims_.size() < 2) return fail("base mesh without lids");
     if (!place(sources_.base, tongue, 0.09) || !add("tongue", sources_.base, base_points_, tongue) ||
         !place(sources_.base, lashes, 0.06) || !add("lashes", sources_.base, trimmed_lashes(), lashes))
       return fail("no space left in the atlas");
@@ -85,6 +86,10 @@ class Assembler {
     linings.erase(trunk);
     for (std::size_t v = 0; v < charts_at.size(); ++v)
       out_.interior[v] = charts_at[v].size() == 1 && linings.count(*charts_at[v].begin());
+    for (std::size_t v = 0; v < charts_at.size(); ++v)
+      if (charts_at[v].count(head) &&
+          std::any_of(charts_at[v].begin(), charts_at[v].end(), [&](int c) { return linings.count(c) > 0; }))
+        rims_.push_back(static_cast<int>(v));
   }
 
   // The eyes' meshes have a clear cornea around the eyeball; only the eyeball, which has the large chart, is kept.
@@ -128,16 +133,18 @@ class Assembler {
   }
 
   // The source's lashes are cards for a picture with transparency. Opaque, they look like lashes only when they are
-  // short: each point is drawn to the nearest point of its lid.
+  // short: each point is drawn to the rim of its lid, between the rim's two nearest vertices.
   std::vector<BoundPoint> trimmed_lashes() const {
-    constexpr double kept = 0.3;
+    constexpr double kept = 0.25;
     std::vector<BoundPoint> trimmed = base_points_;
     const auto& at = sources_.base.vertices;
     for (int v = BaseRanges::left_lashes; v < BaseRanges::lashes_end; ++v) {
-      int lid = 0;
-      for (int b = 0; b < BaseRanges::body; ++b)
-        if ((at[b] - at[v]).squaredNorm() < (at[lid] - at[v]).squaredNorm()) lid = b;
-      trimmed[v] = {{v, lid, lid}, {kept, 1 - kept, 0}, Eigen::Vector3d::Zero()};
+      const auto nearer = [&](int a, int b) { return (at[a] - at[v]).squaredNorm() < (at[b] - at[v]).squaredNorm(); };
+      std::vector<int> rim = rims_;
+      std::partial_sort(rim.begin(), rim.begin() + 2, rim.end(), nearer);
+      const double first = (at[rim[0]] - at[v]).norm(), second = (at[rim[1]] - at[v]).norm();
+      const double share = first + second > 0 ? second / (first + second) : 0.5;
+      trimmed[v] = {{v, rim[0], rim[1]}, {kept, (1 - kept) * share, (1 - kept) * (1 - share)}, Eigen::Vector3d::Zero()};
     }
     return trimmed;
   }
@@ -188,6 +195,7 @@ class Assembler {
   std::vector<BoundPoint> base_points_;
   AtlasSpace space_;
   Eigen::Affine2d atlas_from_uv_ = Eigen::Affine2d::Identity();
+  std::vector<int> rims_;  // vertices around the openings of mouth and eyes
   AssembledParts out_;
 };
 

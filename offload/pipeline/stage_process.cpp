@@ -40,20 +40,14 @@ struct Conversation {
 };
 
 std::vector<std::string> worker_command(const Stage& stage, const StageContext& context) {
-  return {std::filesystem::read_symlink("/proc/self/exe").string(),
-          "stage",
-          stage.name,
-          context.bundle.root().string(),
-          "--worker",
-          context.out.string(),
-          "--options-json",
-          context.options.dump(),
-          "--threads",
-          std::to_string(context.threads),
-          "--memory-gib",
-          std::to_string(context.memory_gib),
-          "--seed",
-          std::to_string(context.seed)};
+  // This very executable, also when the file has been replaced by an update since.
+  return {"/proc/self/exe", "stage",
+          stage.name,       context.bundle.root().string(),
+          "--worker",       context.out.string(),
+          "--options-json", context.options.dump(),
+          "--threads",      std::to_string(context.threads),
+          "--memory-gib",   std::to_string(context.memory_gib),
+          "--seed",         std::to_string(context.seed)};
 }
 
 }  // namespace
@@ -62,6 +56,7 @@ Result<StageOutcome> run_stage_process(const Stage& stage, const StageContext& c
                                        const std::atomic<bool>& cancel) {
   std::vector<std::string> words = worker_command(stage, context);
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
 

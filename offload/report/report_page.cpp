@@ -85,21 +85,17 @@ std::string header(const ReportFacts& facts) {
   return html + "</header>";
 }
 
-std::string avatar_section(const ReportPictures& pictures) {
-  if (std::all_of(pictures.avatar.begin(), pictures.avatar.end(), [](const std::string& p) { return p.empty(); }))
-    return {};
+std::string four_sides(const std::string& title, const std::array<std::string, 4>& uris) {
+  if (std::all_of(uris.begin(), uris.end(), [](const std::string& uri) { return uri.empty(); })) return {};
   static constexpr const char* captions[] = {"front", "its left", "back", "its right"};
-  std::string html = "<section><h2>Avatar</h2><div class=\"row four\">";
-  for (std::size_t i = 0; i < 4; ++i) html += picture(pictures.avatar[i], captions[i]);
+  std::string html = "<section><h2>" + escape_html(title) + "</h2><div class=\"row four\">";
+  for (std::size_t i = 0; i < 4; ++i) html += picture(uris[i], captions[i]);
   return html + "</div></section>";
 }
 
-std::string cloud_section(const ReportFacts& facts, const ReportPictures& pictures) {
-  if (pictures.cloud[0].empty()) return {};
-  const double count = number_at(facts.cloud, "/points", 0);
-  const std::string points = count > 0 ? fmt::format(" of {:.0f} thousand points", count / 1000) : "";
-  return "<section><h2>Point cloud" + points + "</h2><div class=\"row two\">" + picture(pictures.cloud[0], "front") +
-         picture(pictures.cloud[1], "its left") + "</div></section>";
+std::string cloud_title(const ReportFacts& facts) {
+  const double points = number_at(facts.cloud, "/points", 0);
+  return points > 0 ? fmt::format("Point cloud of {:.0f} thousand points", points / 1000) : "Point cloud";
 }
 
 std::string camera_section(const ReportFacts& facts) {
@@ -207,9 +203,9 @@ std::string report_page(const ReportFacts& facts, const ReportPictures& pictures
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
          "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>Scan " +
          escape_html(facts.scan.id) + "</title><style>" + style + "</style></head>\n<body><main>\n" + header(facts) +
-         "\n" + avatar_section(pictures) + "\n" + cloud_section(facts, pictures) + "\n" + camera_section(facts) + "\n" +
-         keyframe_section(facts, pictures) + "\n" + stage_section(facts) + "\n<footer>Gyre " +
-         escape_html(GYRE_VERSION) + "</footer>\n</main></body></html>\n";
+         "\n" + four_sides("Avatar", pictures.avatar) + "\n" + four_sides(cloud_title(facts), pictures.cloud) + "\n" +
+         camera_section(facts) + "\n" + keyframe_section(facts, pictures) + "\n" + stage_section(facts) +
+         "\n<footer>Gyre " + escape_html(GYRE_VERSION) + "</footer>\n</main></body></html>\n";
 }
 
 }  // namespace gyre

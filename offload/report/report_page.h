@@ -14,7 +14,7 @@ namespace gyre {
 // Pictures as data URIs; those that could not be made are empty.
 struct ReportPictures {
   std::array<std::string, 4> avatar;   // front, its left, back, its right
-  std::array<std::string, 2> cloud;    // front, its left
+  std::array<std::string, 4> cloud;    // the same sides
   std::vector<std::string> keyframes;  // as facts.keyframes
 };
 

@@ -44,11 +44,13 @@ std::vector<std::string> thumbnails(const StageContext& context, const ReportFac
   return uris;
 }
 
-std::array<std::string, 2> cloud_pictures(const StageContext& context, const ReportFacts& facts) {
+std::array<std::string, 4> cloud_pictures(const StageContext& context, const ReportFacts& facts) {
   const auto cloud = read_cloud(context.bundle.work("cloud") / "cloud.ply");
-  if (!cloud) return {};
-  return {data_uri(render_cloud(*cloud, facts.facing(), 360, 480), 88),
-          data_uri(render_cloud(*cloud, facts.facing() + M_PI / 2, 360, 480), 88)};
+  if (!cloud || cloud->points.empty()) return {};
+  std::array<std::string, 4> uris;
+  for (std::size_t i = 0; i < uris.size(); ++i)
+    uris[i] = data_uri(render_cloud(*cloud, facts.facing() + static_cast<double>(i) * M_PI / 2, 300, 440), 90);
+  return uris;
 }
 
 // The fitted body in rest pose, with the texture when template and fit belong together.

@@ -21,8 +21,7 @@ class ReplayCamera : public testing::Test {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     for (int i = 0; i < frames; ++i) {
-      cv::imwrite((folder_ / (std::to_string(i) + ".png")).string(),
-                  cv::Mat(12, 16, CV_8UC3, cv::Scalar(i, 0, 0)));
+      cv::imwrite((folder_ / (std::to_string(i) + ".png")).string(), cv::Mat(12, 16, CV_8UC3, cv::Scalar(i, 0, 0)));
     }
     Result<std::unique_ptr<CameraDevice>> camera = open_replay_camera(folder_, Pace::fast);
     ASSERT_TRUE(camera) << camera.error().message();

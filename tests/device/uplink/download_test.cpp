@@ -15,7 +15,8 @@ class DownloadTest : public testing::Test {
  protected:
   void SetUp() override {
     ASSERT_TRUE(spool_scan(*spool_, scan_, {1}, 100, 1));
-    for (const SpooledFile& file : spool_->scan(scan_.id)->files) {
+    const SpooledScan now = *spool_->scan(scan_.id);
+    for (const SpooledFile& file : now.files) {
       ASSERT_TRUE(spool_->acknowledge_file(scan_.id, file.name, file.sha256));
     }
     ASSERT_TRUE(spool_->acknowledge_scan(scan_.id));

@@ -149,7 +149,8 @@ TEST_F(UploadTest, TakesBackAcknowledgementsAHostDoesNotStandBy) {
   add(1, 1000);
   ASSERT_TRUE(spool_->close_scan(scan_, small_records(2, {1})));
   upload_.refresh();
-  for (const SpooledFile& file : spool_->scan(scan_.id)->files) {
+  const SpooledScan now = *spool_->scan(scan_.id);
+  for (const SpooledFile& file : now.files) {
     ASSERT_TRUE(spool_->acknowledge_file(scan_.id, file.name, file.sha256));
   }
   ASSERT_TRUE(spool_->acknowledge_scan(scan_.id));

@@ -102,7 +102,9 @@ TEST(LinkKill, TenKillsLoseAndDoubleNothing) {
       device_process = start_device();
     }
   }
-  if (!finished) ASSERT_EQ(::waitpid(device_process, &status, 0), device_process);
+  if (!finished) {
+    ASSERT_EQ(::waitpid(device_process, &status, 0), device_process);
+  }
   kill_process(host_process);
   ASSERT_EQ(status, 0);
 

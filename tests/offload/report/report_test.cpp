@@ -162,7 +162,7 @@ TEST_F(Report, shows_every_part_there_is) {
     for (std::size_t at = html.find(what); at != std::string::npos; at = html.find(what, at + 1)) ++n;
     return n;
   };
-  EXPECT_EQ(count("<img src=\"data:image/jpeg;base64,"), 12 + 2 + 4);
+  EXPECT_EQ(count("<img src=\"data:image/jpeg;base64,"), 12 + 4 + 4);
   EXPECT_EQ(count("<title>body-") + count("<title>head-"), 2 * 11);  // each camera in both drawings
   const json report = make_json();
   EXPECT_EQ(report["stages"].size(), 5u);
