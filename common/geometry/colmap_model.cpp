@@ -81,7 +81,8 @@ void ColmapModel::move_world(const Similarity& new_from_old) {
 Result<void> write_colmap_model(const ColmapModel& model, const std::filesystem::path& folder) {
   std::ofstream cameras = open_text(folder / "cameras.txt");
   cameras << "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
-  for (const auto& [id, c] : model.cameras) {
+  for (const auto& [id, camera] : model.cameras) {
+    const Camera& c = camera;  // clang 14 cannot capture structured bindings
     cameras << id;
     const auto head = [&](const char* type) {
       cameras << ' ' << type << ' ' << c.width << ' ' << c.height << ' ' << c.fx << ' ' << c.fy << ' ' << c.cx << ' '

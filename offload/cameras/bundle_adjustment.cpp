@@ -7,18 +7,18 @@ namespace gyre {
 
 namespace {
 
-using PoseBlock = std::array<double, 7>;  // quaternion x y z w, translation
-using LensBlock = std::array<double, 9>;  // f, fy / fx, cx, cy, k1, k2, p1, p2, k3
+constexpr std::size_t pose_size = 7;  // quaternion x y z w, translation
+constexpr std::size_t lens_size = 9;  // f, fy / fx, cx, cy, k1, k2, p1, p2, k3
 
 // Prior standard deviations of a lens: shares of the image size for the principal point, absolute for the rest.
-constexpr double prior_aspect = 0.003;
+constexpr double prior_aspect = 0.005;
 constexpr double prior_principal = 0.01;
 constexpr double prior_k1 = 0.3;
 constexpr double prior_k2 = 0.3;
 constexpr double prior_tangential = 0.003;
 // Keypoints of one view share errors of the lens model, of the subject and of the detector, so that hundreds say no
 // more about the lens than this many independent ones.
-constexpr double independent_keypoints_per_view = 20.0;
+constexpr double independent_keypoints_per_view = 50.0;
 
 Eigen::Quaterniond exponential(const Eigen::Vector3d& w) {
   const double angle = w.norm();
@@ -238,13 +238,21 @@ BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
   const Gauge gauge = options.free_views.empty() ? gauge_of(scene) : Gauge{};
   if (gauge.fixed_view >= 0) is_free[static_cast<std::size_t>(gauge.fixed_view)] = false;
 
-  std::vector<PoseBlock> poses(scene.views.size());
+  // Ceres orders its unknowns by address: one array for all makes the order, and so the rounding, always the same.
+  std::vector<double> unknowns(pose_size * scene.views.size() + lens_size * scene.cameras.size());
+  const auto pose_of = [&](std::size_t view) { return unknowns.data() + pose_size * view; };
+  const auto lens_of = [&](std::size_t camera) {
+    return unknowns.data() + pose_size * scene.views.size() + lens_size * camera;
+  };
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
-    Eigen::Map<Eigen::Quaterniond>(poses[v].data()) = scene.views[v].cam_from_world.rotation;
-    Eigen::Map<Eigen::Vector3d>(poses[v].data() + 4) = scene.views[v].cam_from_world.translation;
+    Eigen::Map<Eigen::Quaterniond>(pose_of(v)) = scene.views[v].cam_from_world.rotation;
+    Eigen::Map<Eigen::Vector3d>(pose_of(v) + 4) = scene.views[v].cam_from_world.translation;
   }
-  std::vector<LensBlock> lenses;
-  for (const Camera& c : scene.cameras) lenses.push_back({c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3});
+  for (std::size_t k = 0; k < scene.cameras.size(); ++k) {
+    const Camera& c = scene.cameras[k];
+    const std::array<double, lens_size> lens{c.fx, c.fy / c.fx, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
+    std::copy(lens.begin(), lens.end(), lens_of(k));
+  }
 
   PoseManifold pose_manifold;
   PoseManifold scale_manifold(gauge.held_component);
@@ -266,8 +274,8 @@ BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
       if (!o.used) continue;
       const auto view = static_cast<std::size_t>(o.view);
       const auto camera = static_cast<std::size_t>(scene.views[view].camera);
-      problem.AddResidualBlock(new Reprojection(scene.pixel_of(o), 1.0), &loss, poses[view].data(),
-                               lenses[camera].data(), track.point.data());
+      problem.AddResidualBlock(new Reprojection(scene.pixel_of(o), 1.0), &loss, pose_of(view), lens_of(camera),
+                               track.point.data());
       pose_in[view] = true;
       ++keypoints_of[camera];
       ++result.observations;
@@ -279,27 +287,27 @@ BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
     }
   }
   if (result.observations == 0) return result;
-  for (std::size_t v = 0; v < poses.size(); ++v) {
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
     if (!pose_in[v]) continue;
     if (is_free[v]) {
-      problem.SetManifold(poses[v].data(), static_cast<int>(v) == gauge.scale_view ? &scale_manifold : &pose_manifold);
-      ordering->AddElementToGroup(poses[v].data(), 1);
+      problem.SetManifold(pose_of(v), static_cast<int>(v) == gauge.scale_view ? &scale_manifold : &pose_manifold);
+      ordering->AddElementToGroup(pose_of(v), 1);
     } else {
-      problem.SetParameterBlockConstant(poses[v].data());
+      problem.SetParameterBlockConstant(pose_of(v));
     }
   }
-  for (std::size_t c = 0; c < lenses.size(); ++c) {
+  for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
     if (keypoints_of[c] == 0) continue;
     if (lens_manifold) {
       double views = 0;
-      for (std::size_t v = 0; v < poses.size(); ++v)
+      for (std::size_t v = 0; v < scene.views.size(); ++v)
         if (pose_in[v] && scene.views[v].camera == static_cast<int>(c)) ++views;
       const double strength = std::sqrt(std::max(1.0, keypoints_of[c] / (independent_keypoints_per_view * views)));
-      problem.SetManifold(lenses[c].data(), lens_manifold.get());
-      problem.AddResidualBlock(new LensPrior(scene.cameras[c], strength), nullptr, lenses[c].data());
-      ordering->AddElementToGroup(lenses[c].data(), 1);
+      problem.SetManifold(lens_of(c), lens_manifold.get());
+      problem.AddResidualBlock(new LensPrior(scene.cameras[c], strength), nullptr, lens_of(c));
+      ordering->AddElementToGroup(lens_of(c), 1);
     } else {
-      problem.SetParameterBlockConstant(lenses[c].data());
+      problem.SetParameterBlockConstant(lens_of(c));
     }
   }
 
@@ -318,15 +326,15 @@ BundleSummary adjust_bundle(Scene& scene, const BundleOptions& options) {
   result.final_cost = summary.final_cost;
   result.iterations = static_cast<int>(summary.iterations.size());
   if (!summary.IsSolutionUsable()) return result;
-  for (std::size_t v = 0; v < poses.size(); ++v) {
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
     if (!pose_in[v] || !is_free[v]) continue;
-    scene.views[v].cam_from_world.rotation = Eigen::Quaterniond(poses[v].data());
-    scene.views[v].cam_from_world.translation = Eigen::Vector3d(poses[v].data() + 4);
+    scene.views[v].cam_from_world.rotation = Eigen::Quaterniond(pose_of(v));
+    scene.views[v].cam_from_world.translation = Eigen::Vector3d(pose_of(v) + 4);
   }
-  for (std::size_t c = 0; c < lenses.size(); ++c) {
+  for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
     if (keypoints_of[c] == 0 || !lens_manifold) continue;
     Camera& camera = scene.cameras[c];
-    const LensBlock& l = lenses[c];
+    const double* l = lens_of(c);
     camera.fx = l[0];
     camera.fy = l[0] * l[1];
     camera.cx = l[2];

@@ -98,7 +98,7 @@ Eigen::Vector3d up_direction(std::span<const Pose> cam_from_world) {
     double weights = 0.0;
     for (const Pose& pose : cam_from_world) {
       const Eigen::Vector3d right = pose.rotation.conjugate() * Eigen::Vector3d::UnitX();
-      const double weight = step == 0 ? 1.0 : 1.0 / (std::abs(right.dot(up)) + 0.02);
+      const double weight = step == 0 ? 1.0 : 1.0 / (std::abs(right.dot(up)) + 0.005);
       scatter += weight * right * right.transpose();
       weights += weight;
     }
@@ -196,8 +196,13 @@ Result<WorldFrame> find_world(const Scene& scene, double height) {
   if (column.size() < 20) return tl::unexpected<Error>(nothing_there);
   frame.has_floor = floor.has_value();
   if (!floor) {
-    std::sort(column.begin(), column.end());
-    floor = column[column.size() / 100];
+    // Nothing to stand on is seen: the subject's own lowest points, found as its highest are.
+    const double middle = median(column);
+    std::vector<double> depths;
+    for (const double h : column) depths.push_back(-h);
+    const auto bottom = column_top(depths, -middle, max_column_gap * radius);
+    if (!bottom) return tl::unexpected<Error>(nothing_there);
+    floor = -bottom->height;
   }
   const auto top = column_top(column, *floor, max_column_gap * radius);
   if (!top || top->height - *floor < max_column_gap * radius) return tl::unexpected<Error>(nothing_there);

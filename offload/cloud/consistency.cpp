@@ -130,7 +130,8 @@ PointCloud consistent_points(std::span<const StereoView> views, std::span<const 
       cloud.normals.push_back((world_from_cam.rotation * normal_sum).normalized().cast<float>());
       cloud.colours.push_back(colour);
       const float support = 1.0F - std::exp2(-0.5F * static_cast<float>(confirming - seeing_through));
-      cloud.confidence.push_back(support * std::clamp(1.0F - map.cost[i], 0.0F, 1.0F));
+      const auto facing = static_cast<float>(std::clamp(-normal.dot(ray) / ray.norm(), 0.0, 1.0));
+      cloud.confidence.push_back(support * facing * facing * std::clamp(1.0F - map.cost[i], 0.0F, 1.0F));
     }
   }
   return cloud;

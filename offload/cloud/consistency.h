@@ -17,7 +17,7 @@ struct ConfirmationOptions {
   double max_pixels = 1.5;           // forward-backward reprojection error
   double max_normal_angle_deg = 40.0;
   double see_through = 0.02;       // a view whose surface lies this share of the depth behind a point sees through it
-  int max_colour_difference = 25;  // levels in any channel, between a point's colours in two views
+  int max_colour_difference = 18;  // levels in any channel, between a point's colours in two views
   float max_cost = 0.65F;          // matching cost of a pixel that may become a point
 };
 

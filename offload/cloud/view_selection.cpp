@@ -19,7 +19,8 @@ std::vector<ProxyPoint> proxy_surface(const SubjectRegion& region) {
   constexpr int bands = 16;
   const Eigen::Vector3d centre = region.centre();
   const Eigen::Vector3d size = region.max - region.min;
-  const double radius = 0.25 * std::min(size.x(), size.z());
+  // As slim as a person's middle even in a wide box: a head camera may stand inside what the box alone would suggest.
+  const double radius = std::min(0.25 * std::min(size.x(), size.z()), 0.07 * size.y());
   std::vector<ProxyPoint> points;
   for (int band = 0; band < bands; ++band) {
     const double y = region.min.y() + (band + 0.5) / bands * size.y();

@@ -22,7 +22,9 @@ RestSurface unpose(const BodyTemplate& body, const std::vector<Eigen::Vector3d>&
     double sole = std::numeric_limits<double>::infinity();
     for (std::size_t v = 0; v < count; ++v) sole = std::min(sole, rest.vertices[v].y());
     rest.joints = joint_positions(body, rest.vertices);
-    // The whole rest space is shifted to put the soles on the ground; the translation takes that back.
+    // The root's new joint is posed as a point of the old root bone, else the bone would swing about it. Then the whole
+    // rest space is shifted to put the soles on the ground, which the translation takes back.
+    rest.pose.translation = rest.posed_from_rest[0] * rest.joints[0] - rest.joints[0];
     for (Eigen::Vector3d& joint : rest.joints) joint.y() -= sole;
     rest.pose.translation.y() += sole;
     unskin();

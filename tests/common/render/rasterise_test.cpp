@@ -10,7 +10,7 @@ namespace {
 // A triangle that covers the view of a camera at the origin looking along -Z, on the plane n . x = d.
 TriangleMesh wall(const Eigen::Vector3d& n, double d) {
   TriangleMesh mesh;
-  for (const auto& [x, y] : {std::pair(-40.0, -40.0), {40.0, -40.0}, {0.0, 60.0}})
+  for (const auto& [x, y] : {std::pair(-4.0, -3.0), {6.0, -3.0}, {0.0, 7.0}})
     mesh.vertices.emplace_back(x, y, (d - n.x() * x - n.y() * y) / n.z());
   mesh.triangles.emplace_back(0, 1, 2);
   return mesh;
