@@ -102,6 +102,7 @@ Result<json> make_scan(const ScanFlags& given, Spool& spool, Uplink* uplink) {
   std::vector<PassPlan> passes;
   const Result<std::vector<std::unique_ptr<CameraDevice>>> cameras = open_cameras(given, passes);
   if (!cameras) return tl::unexpected(cameras.error());
+  if (given.height_mm == 0.0) spdlog::warn("no --height-mm: the avatar's scale will assume a mean stature");
   const std::string request = request_of(given);
   const Result<UnfinishedScan> begun = begin_scan(given.spool, request);
   if (!begun) return tl::unexpected(begun.error());
@@ -162,9 +163,6 @@ Result<json> send_rest(const ScanFlags& given, Spool& spool, Uplink& uplink) {
 }
 
 int scan(const ScanFlags& given) {
-  if (given.height_mm == 0.0 && !given.body.empty()) {
-    spdlog::warn("no --height-mm: the avatar's scale will assume a mean stature");
-  }
   const Result<std::unique_ptr<Spool>> spool = Spool::open(given.spool);
   if (!spool) return report_error(spool.error());
   std::unique_ptr<Uplink> uplink;

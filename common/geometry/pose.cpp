@@ -51,7 +51,7 @@ Result<Similarity> align_points(std::span<const Eigen::Vector3d> a, std::span<co
     variance_b += (b[i] - mean_b).squaredNorm() / n;
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Vector3d d = svd.singularValues();
+  const Eigen::Vector3d& d = svd.singularValues();
   if (d(1) <= 1e-12 * std::max(d(0), 1e-300)) {
     return fail("cannot align points", "all of them lie on a line", "use points that span a plane");
   }

@@ -103,7 +103,8 @@ std::vector<double> smooth(std::span<const double> values, double sigma) {
     double sum = 0.0;
     double weight = 0.0;
     for (int j = std::max(0, i - radius); j <= std::min(count - 1, i + radius); ++j) {
-      const double w = kernel[static_cast<std::size_t>(j - i + radius)];
+      const int offset = j - i + radius;
+      const double w = kernel[static_cast<std::size_t>(offset)];
       sum += w * values[static_cast<std::size_t>(j)];
       weight += w;
     }

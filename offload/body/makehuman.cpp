@@ -6,6 +6,8 @@
 #include "offload/body/humanoid.h"
 #include "offload/body/npz.h"
 
+#include <nlohmann/json.hpp>
+
 namespace gyre {
 namespace {
 

@@ -102,13 +102,14 @@ StereoView make_stereo_view(std::string name, const cv::Mat& picture, const Came
       Eigen::Vector3f sum = Eigen::Vector3f::Zero();
       for (int tap = 0; tap < taps * taps; ++tap) {
         const double u = x + (tap % taps + 0.5) / taps;
-        const double v = y + (tap / taps + 0.5) / taps;
+        const int row = tap / taps;
+        const double v = y + (row + 0.5) / taps;
         sum += sample_bilinear(picture, camera.pixel_from_normalised(
                                             Eigen::Vector2d((u - target.cx) / target.fx, (v - target.cy) / target.fy)));
       }
       auto& bgr = resampled.at<cv::Vec3b>(y, x);
       for (int c = 0; c < 3; ++c) {
-        bgr[c] = static_cast<std::uint8_t>(sum[c] / static_cast<float>(taps * taps) + 0.5F);
+        bgr[c] = cv::saturate_cast<std::uint8_t>(sum[c] / static_cast<float>(taps * taps));
       }
     }
   }

@@ -113,7 +113,8 @@ Result<BakedTexture> bake_texture(const BakeSubject& subject, std::vector<Photo>
   const std::vector<Eigen::Vector3d> normals = triangle_normals(mesh);
   const std::vector<std::uint8_t> skip =
       subject.generated.empty() ? std::vector<std::uint8_t>(mesh.triangles.size(), 0) : subject.generated;
-  ObservationTable table = observe(mesh, normals, skip, photos, depths, options.sight, options.limits, threads);
+  const PhotographedSurface surface{mesh, normals, photos, depths, options.sight, options.limits};
+  ObservationTable table = observe(surface, skip, threads);
   if (table.all.empty()) {
     return fail("no photograph sees the surface", {}, "check that cameras and fitted mesh share one world");
   }
@@ -137,13 +138,12 @@ Result<BakedTexture> bake_texture(const BakeSubject& subject, std::vector<Photo>
   VertexPatches patches(mesh.vertices.size());
   if (options.cut_and_blend) {
     patches = patches_at_vertices(mesh.triangles, label, mesh.vertices.size());
-    level_seams(mesh.vertices, edges, label, photos, options.levels, patches);
+    level_seams(surface, edges, label, options.levels, patches);
   }
 
   progress(0.75, "painting");
   const Atlas atlas = map_atlas(mesh.uv, mesh.uv_triangles, options.size, options.rim);
-  Canvas canvas =
-      paint({atlas, mesh, normals, label, candidates, patches, photos, depths, options.sight, options.limits}, threads);
+  Canvas canvas = paint({surface, atlas, label, candidates, patches}, threads);
   generate_colours(subject, atlas, threads, canvas);
 
   progress(0.9, "filling");

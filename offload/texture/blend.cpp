@@ -24,7 +24,7 @@ void gather(const PaintJob& job, int triangle, const Eigen::Vector3d& weights, s
   sources.clear();
   for (int k = 0; k < 3; ++k) {
     const auto w = static_cast<float>(std::clamp(weights[k], 1e-3, 1.0));
-    for (const VertexPatch& patch : job.patches[job.mesh.triangles[triangle][k]]) {
+    for (const VertexPatch& patch : job.patches[job.surface.mesh.triangles[triangle][k]]) {
       auto found = std::find_if(sources.begin(), sources.end(), [&](const auto& s) { return s.photo == patch.photo; });
       if (found == sources.end()) found = sources.insert(sources.end(), Source{patch.photo});
       found->share += w * patch.share;
@@ -44,8 +44,8 @@ class TexelPainter {
     if (t < 0 || job_.label[t] < 0) return;
     const Eigen::Vector3d weights = corner_weights(job_.atlas, texel);
     point_.setZero();
-    for (int k = 0; k < 3; ++k) point_ += weights[k] * job_.mesh.vertices[job_.mesh.triangles[t][k]];
-    normal_ = job_.normals[t];
+    for (int k = 0; k < 3; ++k) point_ += weights[k] * job_.surface.mesh.vertices[job_.surface.mesh.triangles[t][k]];
+    normal_ = job_.surface.normals[t];
     gather(job_, t, weights, sources_);
 
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
@@ -78,10 +78,9 @@ class TexelPainter {
 
  private:
   std::pair<ViewQuality, Eigen::Vector3f> look(int photo) const {
-    const auto sight = see(job_.photos[photo], job_.depths[photo], point_, normal_, job_.sight);
-    const ViewQuality quality = sight ? quality_of(*sight, job_.limits) : ViewQuality::none;
+    const auto [quality, sight] = job_.surface.look(photo, point_, normal_);
     if (quality == ViewQuality::none) return {quality, Eigen::Vector3f::Zero()};
-    return {quality, sample(job_.photos[photo], sight->pixel)};
+    return {quality, sample(job_.surface.photos[photo], sight.pixel)};
   }
 
   void note(std::size_t texel, int photo, ViewQuality quality) {

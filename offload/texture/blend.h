@@ -24,23 +24,17 @@ struct Canvas {
   std::vector<std::int16_t> photo;  // the one with the largest weight, -1: none
 };
 
-// What painting needs to know about the surface, all of one triangle order.
 struct PaintJob {
+  const PhotographedSurface& surface;
   const Atlas& atlas;
-  const TriangleMesh& mesh;
-  std::span<const Eigen::Vector3d> normals;  // one a triangle
-  std::span<const int> label;
-  const std::vector<std::vector<Candidate>>& candidates;
+  std::span<const int> label;                             // photograph of each triangle, -1: none
+  const std::vector<std::vector<Candidate>>& candidates;  // of each triangle
   const VertexPatches& patches;
-  std::span<const Photo> photos;
-  std::span<const DepthMap> depths;
-  const SightOptions& sight;
-  const ViewLimits& limits;
 };
 
 // Every texel of a labelled triangle takes the photographs of its corners, weighted by the third power of their
 // interpolated shares, so that neighbouring patches cross-fade within one ring of triangles, on both sides of a texture
-// seam alike. A photograph that does not pass `limits` at the texel itself is left out; when none is left, the
+// seam alike. A photograph that does not pass the loose limits at the texel itself is left out; when none is left, the
 // triangle's cheapest candidate that does is taken.
 Canvas paint(const PaintJob& job, int threads);
 

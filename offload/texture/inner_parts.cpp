@@ -18,6 +18,7 @@ const Eigen::Vector3f pupil(12, 10, 10);
 const Eigen::Vector3f teeth(205, 222, 230);
 const Eigen::Vector3f tongue(105, 95, 180);
 const Eigen::Vector3f mouth(60, 50, 120);
+const Eigen::Vector3f socket_skin(95, 110, 150);
 
 constexpr double degree = 0.017453292519943295;
 
@@ -37,12 +38,6 @@ InnerPaint::InnerPaint(const BodyTemplate& body)
       covered_(body.mesh.triangles.size(), 0),
       kind_(body.mesh.triangles.size(), Kind::none),
       eye_of_(body.mesh.triangles.size(), 0) {
-  for (std::size_t t = 0; t < kind_.size(); ++t) {
-    const Eigen::Vector3i& corners = body.mesh.triangles[t];
-    const bool inner = !body.regions.empty() && body.regions[corners[0]] == BodyRegion::inner &&
-                       body.regions[corners[1]] == BodyRegion::inner && body.regions[corners[2]] == BodyRegion::inner;
-    if (inner) kind_[t] = Kind::mouth;
-  }
   for (const TemplatePart& part : body.parts) {
     const auto is = [&](std::string_view name) { return part.name == name; };
     Kind kind = Kind::none;
@@ -61,8 +56,25 @@ InnerPaint::InnerPaint(const BodyTemplate& body)
     std::fill_n(eye_of_.begin() + part.first_triangle, part.triangle_count, static_cast<std::uint8_t>(eyes_.size()));
     eyes_.push_back({0.5 * (low + high), 0.25 * ((high - low).x() + (high - low).y())});
   }
+  cover_cavities();
   std::transform(kind_.begin(), kind_.end(), covered_.begin(),
                  [](Kind k) { return static_cast<std::uint8_t>(k != Kind::none); });
+}
+
+void InnerPaint::cover_cavities() {
+  const TemplatePart* skin = body_.part("body");
+  if (skin == nullptr || body_.regions.empty()) return;
+  constexpr double socket_reach = 2.0;  // radii of the eye
+  for (int t = skin->first_triangle; t < skin->first_triangle + skin->triangle_count; ++t) {
+    const Eigen::Vector3i& corners = body_.mesh.triangles[t];
+    const auto is_inner = [&](int v) { return body_.regions[v] == BodyRegion::inner; };
+    if (!is_inner(corners[0]) || !is_inner(corners[1]) || !is_inner(corners[2])) continue;
+    const Eigen::Vector3d& at = body_.mesh.vertices[corners[0]];
+    const bool socket = std::any_of(eyes_.begin(), eyes_.end(), [&](const Eye& eye) {
+      return (at - eye.centre).norm() < socket_reach * eye.radius;
+    });
+    kind_[t] = socket ? Kind::socket : Kind::mouth;
+  }
 }
 
 // The iris is a disc of 11.7 mm on a ball of 24 mm, facing +Z as the template's eyes do.
@@ -88,6 +100,8 @@ Eigen::Vector3f InnerPaint::colour(int triangle, const Eigen::Vector3d& weights)
       return teeth;
     case Kind::tongue:
       return tongue;
+    case Kind::socket:
+      return socket_skin;
     case Kind::mouth:
     case Kind::none:
       break;

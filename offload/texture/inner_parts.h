@@ -22,12 +22,14 @@ class InnerPaint {
   Eigen::Vector3f colour(int triangle, const Eigen::Vector3d& weights) const;
 
  private:
-  enum class Kind : std::uint8_t { none, eye, teeth, tongue, mouth };
+  enum class Kind : std::uint8_t { none, eye, teeth, tongue, mouth, socket };
   struct Eye {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     double radius = 0.0;
   };
 
+  // The skin's own inside: mouth, and eye sockets behind the lids.
+  void cover_cavities();
   Eigen::Vector3f eye_colour(const Eye& eye, const Eigen::Vector3d& point) const;
 
   const BodyTemplate& body_;

@@ -12,6 +12,8 @@ namespace gyre {
 
 namespace {
 
+constexpr std::size_t enough_views = 4;  // for a median to mean something
+
 // Component-wise median colour of a triangle's observations.
 Eigen::Vector3f median_colour(std::span<const Observation> observations) {
   Eigen::Vector3f median;
@@ -75,6 +77,7 @@ bool expand(const Energy& energy, int alpha, std::span<const int> may_take, std:
   cv::detail::GCGraph<float> graph;
   std::vector<int> faces;
   std::vector<float> change;  // cost of alpha over keeping, edges to fixed triangles included
+  bool linked = false;        // the graph has an edge; its solver refuses one without
   for (const int f : may_take) {
     if (label[f] == alpha) continue;
     node_of[f] = static_cast<int>(faces.size());
@@ -98,6 +101,7 @@ bool expand(const Energy& energy, int alpha, std::span<const int> may_take, std:
       change[n] += first - keep;
       change[m] -= first;
       graph.addEdges(n, m, std::max(0.0F, second + first - keep), 0.0F);
+      linked = true;
     } else if (n >= 0) {
       change[n] += energy.seam(edge, alpha, label[g]) - keep;
     } else {
@@ -108,11 +112,12 @@ bool expand(const Energy& energy, int alpha, std::span<const int> may_take, std:
     // Source side: keep. A node on the sink side pays its source weight.
     graph.addTermWeights(static_cast<int>(n), std::max(0.0F, change[n]), std::max(0.0F, -change[n]));
   }
-  graph.maxFlow();
+  if (linked) graph.maxFlow();
   bool changed = false;
   for (std::size_t n = 0; n < faces.size(); ++n) {
     node_of[faces[n]] = -1;
-    if (graph.inSourceSegment(static_cast<int>(n))) continue;
+    const bool keeps = linked ? graph.inSourceSegment(static_cast<int>(n)) : change[n] >= 0;
+    if (keeps) continue;
     label[faces[n]] = alpha;
     changed = true;
   }
@@ -127,6 +132,10 @@ std::vector<std::vector<Candidate>> label_candidates(const ObservationTable& tab
     const std::span<const Observation> seen = table.of(t);
     if (seen.empty()) continue;
     const Eigen::Vector3f median = median_colour(seen);
+    const auto differs = [&](const Observation& o) { return (o.colour - median).norm() / options.colour_tolerance; };
+    const auto agreeing = std::count_if(seen.begin(), seen.end(), [&](const auto& o) { return differs(o) <= 1.0; });
+    const auto needed = options.agreement * static_cast<double>(seen.size());
+    if (seen.size() >= enough_views && static_cast<double>(agreeing) < needed) continue;
     ViewQuality quality = ViewQuality::none;
     for (const Observation& o : seen) quality = std::max(quality, o.quality);
     float best = 0;
@@ -136,8 +145,8 @@ std::vector<std::vector<Candidate>> label_candidates(const ObservationTable& tab
     for (const Observation& o : seen) {
       if (o.quality != quality) continue;
       float cost = 1.0F - o.score / best;
-      if (seen.size() >= 3) {
-        const double off = (o.colour - median).norm() / options.colour_tolerance;
+      if (seen.size() >= enough_views) {
+        const double off = differs(o);
         cost += static_cast<float>(options.disagreement * std::min(4.0, off * off));
       }
       candidates[t].push_back({o.photo, cost, o.quality});

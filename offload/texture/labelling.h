@@ -22,6 +22,7 @@ struct Candidate {
 struct LabelOptions {
   double colour_tolerance = 40.0;  // encoded levels a view may differ from the others' median before it counts as wrong
   double disagreement = 1.0;       // cost of differing by the tolerance, against 1 for the worst against the best view
+  double agreement = 0.5;          // share of the views that must agree within the tolerance for any to be believed
   double seam_length = 0.04;       // cost of every border edge
   double seam_colour = 1.5;        // cost of a border edge between black and white
   int sweeps = 2;                  // rounds over all photographs at most
@@ -31,6 +32,7 @@ struct LabelOptions {
 // Candidates of every triangle, cheapest first; only strict ones where there are any. The cost follows the recovered
 // data term 1 - V of the seed paper with V the normalised score, plus a photo-consistency term against views that
 // disagree with the median (Waechter et al., ECCV 2014, section 4.1, with a median for its mean shift).
+// Where too few agree, the surface is not where the photographs look, and there is no candidate.
 // The colours of `table` must already be in the common exposure.
 std::vector<std::vector<Candidate>> label_candidates(const ObservationTable& table, const LabelOptions& options);
 

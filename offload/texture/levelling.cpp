@@ -3,22 +3,33 @@
 
 #include <Eigen/Sparse>
 #include <algorithm>
+#include <optional>
 
 namespace gyre {
 
 namespace {
 
-// Colour of a photograph near `end` along an edge: samples weighted down with their distance.
-Eigen::Vector3f colour_near(const Photo& photo, const Eigen::Vector3d& end, const Eigen::Vector3d& other) {
+// Colour of photograph a minus that of b near one end of an edge: samples weighted down with their distance. Nothing
+// where one of the two does not see the edge.
+std::optional<Eigen::Vector3f> step_near(const PhotographedSurface& surface, const SharedEdge& edge, int end, int a,
+                                         int b) {
+  const Eigen::Vector3d& from = surface.mesh.vertices[edge.vertex[end]];
+  const Eigen::Vector3d& to = surface.mesh.vertices[edge.vertex[1 - end]];
+  const Eigen::Vector3d normal = (surface.normals[edge.face[0]] + surface.normals[edge.face[1]]).normalized();
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   float total = 0;
   for (const float t : {0.0F, 0.25F, 0.5F, 0.75F}) {
-    const auto pixel = photo.camera.project(photo.cam_from_world * Eigen::Vector3d(end + t * (other - end)));
-    if (!pixel) continue;
-    sum += (1.0F - t) * sample(photo, *pixel);
+    const Eigen::Vector3d point = from + t * (to - from);
+    const auto in_a = surface.look(a, point, normal);
+    const auto in_b = surface.look(b, point, normal);
+    if (in_a.quality == ViewQuality::none || in_b.quality == ViewQuality::none) continue;
+    const Eigen::Vector3f difference =
+        sample(surface.photos[a], in_a.sight.pixel) - sample(surface.photos[b], in_b.sight.pixel);
+    sum += (1.0F - t) * difference;
     total += 1.0F - t;
   }
-  return total > 0 ? Eigen::Vector3f(sum / total) : sum;
+  if (total == 0) return std::nullopt;
+  return Eigen::Vector3f(sum / total);
 }
 
 }  // namespace
@@ -46,9 +57,8 @@ VertexPatches patches_at_vertices(std::span<const Eigen::Vector3i> triangles, st
   return patches;
 }
 
-void level_seams(std::span<const Eigen::Vector3d> vertices, std::span<const SharedEdge> edges,
-                 std::span<const int> label, std::span<const Photo> photos, const LevelOptions& options,
-                 VertexPatches& patches) {
+void level_seams(const PhotographedSurface& surface, std::span<const SharedEdge> edges, std::span<const int> label,
+                 const LevelOptions& options, VertexPatches& patches) {
   std::vector<int> first(patches.size() + 1, 0);  // of a vertex's unknowns
   for (std::size_t v = 0; v < patches.size(); ++v) first[v + 1] = first[v] + static_cast<int>(patches[v].size());
   const int unknowns = first.back();
@@ -79,10 +89,8 @@ void level_seams(std::span<const Eigen::Vector3d> vertices, std::span<const Shar
     }
     if (a == b) continue;
     for (int k = 0; k < 2; ++k) {
-      const Eigen::Vector3d& end = vertices[edge.vertex[k]];
-      const Eigen::Vector3d& other = vertices[edge.vertex[1 - k]];
-      const Eigen::Vector3f step = colour_near(photos[a], end, other) - colour_near(photos[b], end, other);
-      add(unknown(edge.vertex[k], a), unknown(edge.vertex[k], b), 1.0, step.cast<double>());
+      const auto step = step_near(surface, edge, k, a, b);
+      if (step) add(unknown(edge.vertex[k], a), unknown(edge.vertex[k], b), 1.0, step->cast<double>());
     }
   }
   Eigen::SparseMatrix<double> matrix(unknowns, unknowns);

