@@ -77,6 +77,7 @@ void measure_middle(const OrientedPoints& cloud, Stance& stance) {
   if (static_cast<int>(trunk.size()) < fewest) trunk = cloud.positions;
   if (static_cast<int>(head.size()) < fewest) head = trunk;
   std::vector<double> sideways;
+  sideways.reserve(head.size());
   for (const Eigen::Vector3d& p : head) sideways.push_back(p.dot(stance.lateral));
   const double side = 0.5 * (quantile(sideways, 0.02) + quantile(sideways, 0.98));
   std::vector<double> depths;
@@ -95,6 +96,7 @@ void measure_hands(const OrientedPoints& cloud, Stance& stance) {
       return level > 0.28 && level < 0.9 && outward(p) > 0;
     });
     std::vector<double> reaches;
+    reaches.reserve(side.size());
     for (const Eigen::Vector3d& p : side) reaches.push_back(outward(p));
     const double reach = quantile(reaches, 0.999);
     if (reach < 0.17 * stance.height) continue;  // nothing outside of the trunk
@@ -124,6 +126,7 @@ void measure_feet(const OrientedPoints& cloud, Stance& stance) {
     if (!stance.sides[s].foot || static_cast<int>(shin.size()) < fewest) continue;
     const auto extent_middle = [&](const std::vector<Eigen::Vector3d>& points) {
       std::vector<double> depths;
+      depths.reserve(points.size());
       for (const Eigen::Vector3d& p : points) depths.push_back(p.dot(across));
       return 0.5 * (quantile(depths, 0.03) + quantile(depths, 0.97));
     };

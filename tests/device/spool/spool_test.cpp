@@ -214,8 +214,10 @@ TEST(Spool, SurvivesKillsWhileRecording) {
     finished = WIFEXITED(status) && WEXITSTATUS(status) == 0 && reported == frames - 1;
 
     const auto spool = open_spool(folder.path());
+    const std::optional<SpooledScan> kept = spool->scan(scan.id);
+    ASSERT_TRUE(kept);
     for (int i = 0; i <= reported; ++i) {
-      const SpooledFile* file = find_file(spool->scan(scan.id)->files, keyframe_name(i));
+      const SpooledFile* file = find_file(kept->files, keyframe_name(i));
       ASSERT_NE(file, nullptr);
       EXPECT_EQ(fs::exists(spool->bundle(scan.id).frame("body", i)), file->phase != SpooledFilePhase::discarded);
       EXPECT_EQ(file->phase == SpooledFilePhase::discarded, i % 3 == 2);

@@ -4,6 +4,7 @@
 
 #include "common/mesh/mesh.h"
 #include "common/render/rasterise.h"
+#include "offload/texture/atlas.h"
 #include "offload/texture/photo.h"
 
 #include <cmath>
@@ -62,17 +63,23 @@ inline void add_ball(TriangleMesh& mesh, double radius, int cells) {
   for (Eigen::Vector3d& v : mesh.vertices) v = radius * v.normalized();
 }
 
-// A smooth painting without magenta or black: BGR waves over the texture.
-inline cv::Mat painting(int size) {
-  cv::Mat texture(size, size, CV_8UC3);
-  for (int y = 0; y < size; ++y) {
-    for (int x = 0; x < size; ++x) {
-      const double u = (x + 0.5) / size;
-      const double v = (y + 0.5) / size;
-      texture.at<cv::Vec3b>(y, x) = {cv::saturate_cast<std::uint8_t>(70 + 30 * std::sin(21 * u)),
-                                     cv::saturate_cast<std::uint8_t>(140 + 50 * std::sin(17 * v + 5 * u)),
-                                     cv::saturate_cast<std::uint8_t>(110 + 40 * std::cos(19 * u - 8 * v))};
-    }
+// BGR waves through space, without magenta or black.
+inline cv::Vec3b colour_at(const Eigen::Vector3d& p) {
+  return {cv::saturate_cast<std::uint8_t>(70 + 30 * std::sin(21 * p.x() + 9 * p.z())),
+          cv::saturate_cast<std::uint8_t>(140 + 50 * std::sin(17 * p.y() + 5 * p.x())),
+          cv::saturate_cast<std::uint8_t>(110 + 40 * std::cos(19 * p.z() - 8 * p.y()))};
+}
+
+// A texture of these waves: smooth on the surface, also where charts meet.
+inline cv::Mat painting(const TriangleMesh& mesh, int size) {
+  const Atlas atlas = map_atlas(mesh.uv, mesh.uv_triangles, size, 4);
+  cv::Mat texture(size, size, CV_8UC3, cv::Scalar::all(128));
+  for (std::size_t i = 0; i < atlas.texels(); ++i) {
+    if (atlas.triangle[i] < 0) continue;
+    const Eigen::Vector3d weights = corner_weights(atlas, i);
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) point += weights[k] * mesh.vertices[mesh.triangles[atlas.triangle[i]][k]];
+    texture.at<cv::Vec3b>(static_cast<int>(i) / size, static_cast<int>(i) % size) = colour_at(point);
   }
   return texture;
 }

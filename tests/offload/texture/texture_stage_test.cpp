@@ -26,6 +26,7 @@ class TextureStage : public testing::Test {
     const BodyTemplate body = built_in_template();
     ASSERT_TRUE(write_template(body, root_ / "template.glb"));
     ASSERT_TRUE(write_ply(body.mesh, root_ / "work/fit/posed.ply"));
+    const cv::Mat painting = scene::painting(body.mesh, 512);
     ColmapModel model;
     model.cameras[1] = scene::camera();
     for (int k = 0; k < 6; ++k) {
@@ -34,7 +35,7 @@ class TextureStage : public testing::Test {
       image.name = frame_name("body", k);
       image.cam_from_world = look_at({3.5 * std::sin(yaw), 1.2, 3.5 * std::cos(yaw)}, {0, 0.9, 0});
       cv::imwrite((root_ / "frames" / image.name).string(),
-                  render(body.mesh, scene::painting(512), model.cameras[1], image.cam_from_world, {.lit = false}));
+                  render(body.mesh, painting, model.cameras[1], image.cam_from_world, {.lit = false}));
       model.images[k + 1] = image;
     }
     ASSERT_TRUE(write_colmap_model(model, root_ / "work/cameras"));
