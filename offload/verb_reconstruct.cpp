@@ -3,13 +3,13 @@
 #include "common/bundle/bundle.h"
 #include "common/bundle/ulid.h"
 #include "common/log/log.h"
+#include "common/log/utc_time.h"
 #include "common/selection/ingest.h"
 #include "offload/orbit.h"
 #include "offload/verbs.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <ctime>
 #include <memory>
 
 namespace gyre {
@@ -25,15 +25,6 @@ struct ReconstructFlags {
   std::string out;
   PipelineFlags flags;
 };
-
-std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  ::gmtime_r(&now, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text;
-}
 
 // What tells one recording from another without reading it.
 json fingerprint(const fs::path& capture) {

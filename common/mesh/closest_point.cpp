@@ -2,6 +2,7 @@
 #include "common/mesh/closest_point.h"
 
 #include "common/mesh/mesh.h"
+#include "common/mesh/triangle.h"
 
 #include <Eigen/Geometry>
 #include <cassert>
@@ -18,29 +19,6 @@ namespace gyre {
 namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
-
-// Nearest point of a triangle and its barycentric weights (Ericson 2005, 5.1.5, ClosestPtPointTriangle).
-Eigen::Vector2d nearest_weights(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                                const Eigen::Vector3d& c) {
-  const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return {0, 0};
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return {1, 0};
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return {0, 1};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {d1 / (d1 - d3), 0};
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {0, d2 / (d2 - d6)};
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return {1 - w, w};
-  }
-  const double sum = va + vb + vc;
-  return {vb / sum, vc / sum};
-}
 
 }  // namespace
 
@@ -89,7 +67,7 @@ bool visit(RTCPointQueryFunctionArguments* arguments) {
   const auto id = static_cast<std::int32_t>(arguments->primID);
   const Eigen::Vector3i& t = query.triangles[id];
   const Eigen::Vector3d &a = query.vertices[t[0]], &b = query.vertices[t[1]], &c = query.vertices[t[2]];
-  const Eigen::Vector2d weights = nearest_weights(query.point, a, b, c);
+  const Eigen::Vector2d weights = closest_weights(query.point, a, b, c).tail<2>();
   const double squared = (a + weights[0] * (b - a) + weights[1] * (c - a) - query.point).squaredNorm();
   if (squared > query.squared || (squared == query.squared && query.triangle >= 0 && id > query.triangle)) return false;
   query.squared = squared;

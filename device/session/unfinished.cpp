@@ -4,8 +4,8 @@
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/sha256.h"
 #include "common/bundle/ulid.h"
+#include "common/log/utc_time.h"
 
-#include <ctime>
 #include <nlohmann/json.hpp>
 
 namespace gyre {
@@ -14,15 +14,6 @@ namespace {
 
 std::filesystem::path entry_of(const std::filesystem::path& spool, const std::string& request) {
   return spool / "unfinished" / (sha256(request) + ".json");
-}
-
-std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  ::gmtime_r(&now, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text;
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace {
 
 pid_t start(const std::string& program, const std::vector<std::string>& arguments, const std::filesystem::path& out,
             const std::filesystem::path& err) {
-  std::vector<std::string> words = {std::string(GYRE_BIN) + "/" + program};
+  std::vector<std::string> words = {(std::filesystem::path(GYRE_BIN) / program).string()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   argv.reserve(words.size() + 1);

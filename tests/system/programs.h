@@ -15,7 +15,7 @@ struct Finished {
   std::string err;  // standard error
 };
 
-// Runs gyre-device or gyre-offload (or another program of this build) to its end.
+// Runs gyre-device or gyre-offload (or another program of this build, or one by its absolute path) to its end.
 Finished run_program(const std::string& program, const std::vector<std::string>& arguments);
 
 // A program that runs beside the test; killed when it goes out of scope.

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// A reconstructed avatar in the hands of others: the Khronos validator and Blender.
+#include "common/bundle/atomic_file.h"
+#include "offload/body/humanoid.h"
+#include "tests/system/programs.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+namespace gyre {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+class ImportTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    root_ = fs::path(testing::TempDir()) / ("import-" + std::to_string(::getpid()));
+    const std::string capture = (root_ / "capture").string();
+    ASSERT_EQ(run_program("synthetic_capture",
+                          {capture, "--sequence", "orbit-body", "--frames", "90", "--width", "270", "--height", "480"})
+                  .code,
+              0);
+    const Finished f = run_program("gyre-offload", {"reconstruct", capture + "/video.mp4", "--out", out(),
+                                                    "--height-mm", "1700", "--texture-size", "512"});
+    ASSERT_EQ(f.code, 0) << f.err;
+  }
+  static void TearDownTestSuite() { fs::remove_all(root_); }
+
+  static std::string out() { return (root_ / "out").string(); }
+  static std::string avatar() { return out() + "/avatar.glb"; }
+
+  // The JSON chunk of the GLB.
+  static json gltf() {
+    const std::string bytes = read_file(avatar()).value_or("");
+    std::uint32_t length = 0;
+    if (bytes.size() < 20) return {};
+    std::memcpy(&length, bytes.data() + 12, sizeof length);
+    return json::parse(bytes.substr(20, length));
+  }
+
+  static fs::path root_;
+};
+
+fs::path ImportTest::root_;
+
+// World positions of the named nodes below `node`, from their translations (the bind pose turns nothing).
+void node_positions(const json& gltf, int node, std::array<double, 3> at,
+                    std::map<std::string, std::array<double, 3>>& into) {
+  const json& n = gltf.at("nodes").at(static_cast<std::size_t>(node));
+  EXPECT_FALSE(n.contains("rotation") || n.contains("scale") || n.contains("matrix"));
+  const auto by = n.value("translation", std::array<double, 3>{0, 0, 0});
+  for (std::size_t i = 0; i < 3; ++i) at[i] += by[i];
+  into[n.value("name", "")] = at;
+  for (const int child : n.value("children", std::vector<int>())) node_positions(gltf, child, at, into);
+}
+
+TEST_F(ImportTest, TheValidatorFindsNothing) {
+  const Finished f = run_program("/usr/bin/env", {"node", GYRE_SYSTEM_TESTS "/gltf_validate.mjs", avatar()});
+  ASSERT_EQ(f.code, 0) << f.err << f.out << "\n('./dev setup --all' installs the validator)";
+  const json issues = json::parse(f.out).at("issues");
+  EXPECT_EQ(issues.at("numErrors"), 0) << issues.dump(1);
+  EXPECT_EQ(issues.at("numWarnings"), 0) << issues.dump(1);
+}
+
+TEST_F(ImportTest, BlenderReadsSkeletonSkinAndShapes) {
+  const fs::path pictures = root_ / "pictures";
+  const Finished f =
+      run_program("/usr/bin/env", {"blender", "--background", "--factory-startup", "--python-exit-code", "1",
+                                   "--python", GYRE_SYSTEM_TESTS "/gltf_import.py", "--", avatar(), pictures.string()});
+  ASSERT_EQ(f.code, 0) << f.err << f.out << "\n('./dev setup --all' installs Blender)";
+  const std::size_t begin = f.out.find("{\"vertices\"");
+  ASSERT_NE(begin, std::string::npos) << f.out;
+  const json facts = json::parse(f.out.substr(begin, f.out.find('\n', begin) - begin));
+
+  EXPECT_TRUE(facts.at("armature_modifier"));
+  EXPECT_EQ(facts.at("uv_layers"), 1);
+  EXPECT_EQ(facts.at("images"), 1);
+  EXPECT_NEAR(facts.at("weight_sum_min").get<double>(), 1.0, 1e-3);
+  EXPECT_NEAR(facts.at("weight_sum_max").get<double>(), 1.0, 1e-3);
+  EXPECT_LE(facts.at("influences_max"), 4);
+
+  std::map<std::string, std::array<double, 3>> nodes;
+  const json scene = gltf();
+  for (const int root : scene.at("scenes").at(0).at("nodes").get<std::vector<int>>())
+    node_positions(scene, root, {0, 0, 0}, nodes);
+  for (const HumanoidBone& bone : humanoid_bones()) {
+    ASSERT_TRUE(facts.at("heads_m").contains(bone.name)) << bone.name;
+    const auto head = facts.at("heads_m").at(bone.name).get<std::array<double, 3>>();
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(head[i], nodes.at(bone.name)[i], 1e-4) << bone.name;
+  }
+
+  const bool has_face =
+      !json::parse(read_file(out() + "/work/fit/fit.json").value_or("{}")).at("template").at("built_in").get<bool>();
+  if (has_face) {
+    for (const std::string_view name : arkit_expressions())
+      EXPECT_GT(facts.at("moved_by_shape_key").value(std::string(name), 0), 0) << name;
+  }
+  for (const char* picture : {"front", "left", "back", "right", "face", "raised_arm"})
+    EXPECT_GT(fs::file_size(pictures / (std::string(picture) + ".png")), 10'000U) << picture;
+}
+
+}  // namespace
+}  // namespace gyre
