@@ -22,7 +22,7 @@ void add_pipeline_flags(CLI::App& verb, PipelineFlags& flags) {
                   "stature of the subject, sole to top of hair, millimetres; default: as recorded with the scan")
       ->check(CLI::Range(300.0, 2600.0));
   verb.add_option("--texture-size", flags.texture_size, "side of the texture, pixels; default: 2048")
-      ->check(CLI::Range(256, 8192));
+      ->check(CLI::Range(1024, 8192));
   verb.add_option("--set", flags.settings, "any option of a stage, as STAGE.OPTION=VALUE; may be given several times");
   verb.add_option("--until", flags.pipeline.until, "last stage to run; default: all");
   verb.add_option("--threads", flags.pipeline.threads, "threads; 0: one a core")

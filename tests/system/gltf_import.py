@@ -33,7 +33,7 @@ def facts(mesh, armature):
         "vertices": len(mesh.data.vertices),
         "triangles": len(mesh.data.polygons),
         "uv_layers": len(mesh.data.uv_layers),
-        "images": len(bpy.data.images),
+        "images": sum(1 for image in bpy.data.images if image.source == "FILE"),
         "bones": sorted(b.name for b in armature.data.bones),
         "heads_m": {b.name: [round(x, 5) for x in gltf_axes(armature.matrix_world @ b.head_local)]
                     for b in armature.data.bones},

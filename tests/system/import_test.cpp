@@ -17,24 +17,26 @@ using nlohmann::json;
 
 class ImportTest : public testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    root_ = fs::path(testing::TempDir()) / ("import-" + std::to_string(::getpid()));
+  // Not once for the suite: a suite's failed set-up reads as skipped tests.
+  void SetUp() override {
+    root_ = fs::path(testing::TempDir()) /
+            ("import-" + std::to_string(::getpid()) + testing::UnitTest::GetInstance()->current_test_info()->name());
     const std::string capture = (root_ / "capture").string();
     ASSERT_EQ(run_program("synthetic_capture",
                           {capture, "--sequence", "orbit-body", "--frames", "90", "--width", "270", "--height", "480"})
                   .code,
               0);
     const Finished f = run_program("gyre-offload", {"reconstruct", capture + "/video.mp4", "--out", out(),
-                                                    "--height-mm", "1700", "--texture-size", "512"});
+                                                    "--height-mm", "1700", "--texture-size", "1024"});
     ASSERT_EQ(f.code, 0) << f.err;
   }
-  static void TearDownTestSuite() { fs::remove_all(root_); }
+  void TearDown() override { fs::remove_all(root_); }
 
-  static std::string out() { return (root_ / "out").string(); }
-  static std::string avatar() { return out() + "/avatar.glb"; }
+  std::string out() const { return (root_ / "out").string(); }
+  std::string avatar() const { return out() + "/avatar.glb"; }
 
   // The JSON chunk of the GLB.
-  static json gltf() {
+  json gltf() const {
     const std::string bytes = read_file(avatar()).value_or("");
     std::uint32_t length = 0;
     if (bytes.size() < 20) return {};
@@ -42,10 +44,8 @@ class ImportTest : public testing::Test {
     return json::parse(bytes.substr(20, length));
   }
 
-  static fs::path root_;
+  fs::path root_;
 };
-
-fs::path ImportTest::root_;
 
 // World positions of the named nodes below `node`, from their translations (the bind pose turns nothing).
 void node_positions(const json& gltf, int node, std::array<double, 3> at,
