@@ -5,6 +5,7 @@
 #include "common/geometry/colmap_model.h"
 #include "common/parallel/parallel.h"
 #include "offload/cameras/correspondence.h"
+#include "offload/cameras/guided_resection.h"
 #include "offload/cameras/reconstruction.h"
 #include "offload/cameras/world_frame.h"
 
@@ -199,9 +200,11 @@ Result<json> run(const StageContext& context) {
   options.threads = context.threads;
   options.known_lens = is_calibrated(*pictures, scan->camera);
   Scene scene = scene_of(*pictures, options.known_lens ? scan->camera : std::nullopt);
-  const Result<ReconstructionSummary> summary =
+  Result<ReconstructionSummary> summary =
       reconstruct(scene, std::move(pairs), options, part_of(context.progress, matching_end, reconstruction_end));
   if (!summary) return tl::unexpected<Error>(summary.error());
+  if (correspondence.ordered)
+    summary->registered += static_cast<int>(place_between_neighbours(scene, pictures->features).size());
   const std::size_t total = pictures->ids.size();
   const std::string share = std::to_string(summary->registered) + " of " + std::to_string(total);
   if (summary->registered < min_registered_share * static_cast<double>(total))
