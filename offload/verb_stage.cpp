@@ -67,6 +67,7 @@ void add_stage_verb(CLI::App& app, Verb& run) {
   const auto flags = std::make_shared<StageFlags>();
   CLI::App* verb = app.add_subcommand("stage", "run one stage of the pipeline on a scan");
   verb->footer(describe_stages);
+  verb->fallthrough();  // a worker is given its starter's log level
   verb->add_option("name", flags->name, "the stage")->required();
   verb->add_option("bundle", flags->bundle, "folder of the scan")->required();
   verb->add_option("--worker", flags->worker)->group("");

@@ -103,6 +103,7 @@ Scene scene_of(const Pictures& pictures, const std::optional<Camera>& calibrated
     View view;
     view.pass = pictures.pass_of[i];
     view.order = next_order[static_cast<std::size_t>(view.pass)]++;
+    view.frame = pictures.ids[i].index;
     view.keypoints = features.keypoints;
     const auto same_size = std::find_if(scene.cameras.begin(), scene.cameras.end(), [&](const Camera& c) {
       return c.width == features.width && c.height == features.height;

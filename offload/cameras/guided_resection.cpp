@@ -160,8 +160,8 @@ bool place(Scene& scene, std::span<const Features> features, int v, const Guided
   const int gap = last.order - first.order;
   if (gap > options.max_gap) return false;
   const Camera& camera = scene.camera_of(view);
-  const Pose guess =
-      between(first.cam_from_world, last.cam_from_world, static_cast<double>(view.order - first.order) / gap);
+  const Pose guess = between(first.cam_from_world, last.cam_from_world,
+                             static_cast<double>(view.frame - first.frame) / (last.frame - first.frame));
   const double reach = (centre_of(first.cam_from_world) - centre_of(last.cam_from_world)).norm();
   const std::vector<Landmark> landmarks = landmarks_near(scene, features, v, options.views_asked);
 
@@ -215,9 +215,14 @@ bool place(Scene& scene, std::span<const Features> features, int v, const Guided
 std::vector<int> place_between_neighbours(Scene& scene, std::span<const Features> features,
                                           const GuidedResectionOptions& options) {
   std::vector<int> placed;
-  for (std::size_t v = 0; v < scene.views.size(); ++v) {
-    if (!scene.views[v].registered && place(scene, features, static_cast<int>(v), options))
+  // A view that has found its place helps those beside it.
+  for (bool again = true; again;) {
+    again = false;
+    for (std::size_t v = 0; v < scene.views.size(); ++v) {
+      if (scene.views[v].registered || !place(scene, features, static_cast<int>(v), options)) continue;
       placed.push_back(static_cast<int>(v));
+      again = true;
+    }
   }
   return placed;
 }

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -47,7 +48,8 @@ std::vector<std::string> worker_command(const Stage& stage, const StageContext& 
           "--options-json", context.options.dump(),
           "--threads",      std::to_string(context.threads),
           "--memory-gib",   std::to_string(context.memory_gib),
-          "--seed",         std::to_string(context.seed)};
+          "--seed",         std::to_string(context.seed),
+          "--log-level",    std::string(spdlog::level::to_string_view(spdlog::get_level()).data())};
 }
 
 }  // namespace
