@@ -5,12 +5,12 @@
 #include "common/geometry/colmap_model.h"
 #include "common/parallel/parallel.h"
 #include "offload/cameras/correspondence.h"
-#include "offload/cameras/guided_resection.h"
+#include "offload/cameras/patch_resection.h"
 #include "offload/cameras/reconstruction.h"
 #include "offload/cameras/world_frame.h"
 
 #include <atomic>
-#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace gyre {
 
@@ -103,7 +103,6 @@ Scene scene_of(const Pictures& pictures, const std::optional<Camera>& calibrated
     View view;
     view.pass = pictures.pass_of[i];
     view.order = next_order[static_cast<std::size_t>(view.pass)]++;
-    view.frame = pictures.ids[i].index;
     view.keypoints = features.keypoints;
     const auto same_size = std::find_if(scene.cameras.begin(), scene.cameras.end(), [&](const Camera& c) {
       return c.width == features.width && c.height == features.height;
@@ -204,8 +203,15 @@ Result<json> run(const StageContext& context) {
   Result<ReconstructionSummary> summary =
       reconstruct(scene, std::move(pairs), options, part_of(context.progress, matching_end, reconstruction_end));
   if (!summary) return tl::unexpected<Error>(summary.error());
+  const auto grey_picture = [&](int v) {
+    const FrameId& id = pictures->ids[static_cast<std::size_t>(v)];
+    const Result<cv::Mat> picture = read_upright(context.bundle.frame(id.pass, id.index));
+    cv::Mat grey;
+    if (picture) cv::cvtColor(*picture, grey, cv::COLOR_BGR2GRAY);
+    return grey;
+  };
   if (correspondence.ordered)
-    summary->registered += static_cast<int>(place_between_neighbours(scene, pictures->features).size());
+    summary->registered += static_cast<int>(place_between_neighbours(scene, grey_picture).size());
   const std::size_t total = pictures->ids.size();
   const std::string share = std::to_string(summary->registered) + " of " + std::to_string(total);
   if (summary->registered < min_registered_share * static_cast<double>(total))

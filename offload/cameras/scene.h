@@ -18,7 +18,6 @@ struct View {
   int camera = 0;  // index into Scene::cameras
   int pass = 0;    // which walk around the subject
   int order = 0;   // place in that walk
-  int frame = 0;   // number of the picture in its recording, which runs evenly with time
   std::vector<Eigen::Vector2d> keypoints;
   std::vector<double> sizes;                // standard deviation of the keypoint's Gaussian, pixels
   std::vector<int> track_of;                // per keypoint; -1: none

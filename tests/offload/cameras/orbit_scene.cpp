@@ -98,7 +98,6 @@ Orbit make_orbit(const OrbitOptions& options) {
     orbit.cam_from_world.push_back(look_at(centre, target));
     View view;
     view.order = v;
-    view.frame = 4 * v;
     std::vector<int> seen;
     for (std::size_t p = 0; p < points.size(); ++p) {
       // A surface seen at a grazing angle has other descriptors from view to view.

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/cameras/patch_resection.h"
+
+#include "common/log/log.h"
+#include "offload/cameras/resection.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace gyre {
+
+namespace {
+
+// Registered views of the same pass, nearest in the walk first.
+std::vector<int> placed_near(const Scene& scene, int v) {
+  std::vector<int> near;
+  for (std::size_t i = 0; i < scene.views.size(); ++i)
+    if (scene.views[i].registered && scene.views[i].pass == scene.views[v].pass) near.push_back(static_cast<int>(i));
+  const auto steps = [&](int i) { return std::abs(scene.views[i].order - scene.views[v].order); };
+  std::stable_sort(near.begin(), near.end(), [&](int x, int y) { return steps(x) < steps(y); });
+  return near;
+}
+
+Pose between(const Pose& a, const Pose& b, double t) {
+  Pose pose;
+  pose.rotation = a.rotation.slerp(t, b.rotation);
+  pose.translation = -(pose.rotation * ((1 - t) * centre_of(a) + t * centre_of(b)));
+  return pose;
+}
+
+// The tracks seen from the given views whose points move least between the pictures of the first two. When a camera
+// walks around a subject, these are the subject's, while the room behind is smeared beyond recognition.
+std::vector<int> calm_tracks(const Scene& scene, const std::vector<int>& seen_from, const View& first, const View& last,
+                             double share) {
+  std::vector<std::pair<double, int>> motions;
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+    const Track& track = scene.tracks[t];
+    if (!track.triangulated || std::none_of(track.observations.begin(), track.observations.end(), [&](const auto& o) {
+          return o.used && std::find(seen_from.begin(), seen_from.end(), o.view) != seen_from.end();
+        }))
+      continue;
+    const auto from = scene.camera_of(first).project(first.cam_from_world * track.point);
+    const auto to = scene.camera_of(last).project(last.cam_from_world * track.point);
+    if (from && to) motions.emplace_back((*to - *from).norm(), static_cast<int>(t));
+  }
+  std::sort(motions.begin(), motions.end());
+  motions.resize(static_cast<std::size_t>(std::ceil(share * static_cast<double>(motions.size()))));
+  std::vector<int> tracks;
+  tracks.reserve(motions.size());
+  for (const auto& [motion, t] : motions) tracks.push_back(t);
+  return tracks;
+}
+
+// A view to place and what it is compared with.
+struct Comparison {
+  int view = 0;
+  cv::Mat picture;
+  std::map<int, cv::Mat> references;
+  std::vector<int> tracks;
+};
+
+struct Fit {
+  Pose cam_from_world;
+  std::size_t inliers = 0, patches = 0;
+};
+
+// The pose by which most patches lie where they must, from one that is wrong by no more than the patches' reach.
+std::optional<Fit> fit_at(const Scene& scene, const Comparison& c, const Pose& guess, double scale,
+                          const PatchResectionOptions& options) {
+  PatchAlignmentOptions patches = options.patches;
+  patches.scale = scale;
+  const Camera& camera = scene.camera_of(scene.views[c.view]);
+  const std::vector<AlignedPoint> aligned =
+      align_patches(scene, c.tracks, c.view, guess, c.picture, c.references, patches);
+  std::vector<Eigen::Vector2d> image;
+  std::vector<Eigen::Vector3d> world;
+  for (const AlignedPoint& a : aligned) {
+    image.push_back(camera.normalised_from_pixel(a.pixel));
+    world.push_back(scene.tracks[a.track].point);
+  }
+  const auto found = resect(image, world, options.max_error / scale / camera.fx, options.min_inliers);
+  spdlog::debug("patch resection: view {} at {:.2f}: {} patches, {} agree", c.view, scale, aligned.size(),
+                found ? found->inliers.size() : 0);
+  if (!found) return std::nullopt;
+  return Fit{found->cam_from_world, found->inliers.size(), aligned.size()};
+}
+
+bool place(Scene& scene, int v, const PictureOfView& picture_of, const PatchResectionOptions& options) {
+  View& view = scene.views[v];
+  std::vector<int> near = placed_near(scene, v);
+  const auto before = std::find_if(near.begin(), near.end(), [&](int i) { return scene.views[i].order < view.order; });
+  const auto after = std::find_if(near.begin(), near.end(), [&](int i) { return scene.views[i].order > view.order; });
+  if (before == near.end() || after == near.end()) return false;
+  const View &first = scene.views[*before], &last = scene.views[*after];
+  if (last.order - first.order > options.max_gap) return false;
+
+  near.resize(std::min(near.size(), static_cast<std::size_t>(options.references)));
+  Comparison comparison{v, picture_of(v), {}, calm_tracks(scene, near, first, last, options.calm_share)};
+  for (const int i : near)
+    if (cv::Mat reference = picture_of(i); !reference.empty()) comparison.references.emplace(i, std::move(reference));
+  if (comparison.picture.empty() || comparison.references.empty()) return false;
+
+  std::optional<Fit> fit;
+  for (int i = 1; i <= options.guesses; ++i) {
+    const double t = static_cast<double>(i) / (options.guesses + 1);
+    const Pose guess = between(first.cam_from_world, last.cam_from_world, t);
+    const auto trial = fit_at(scene, comparison, guess, options.scales.front(), options);
+    if (trial && (!fit || trial->inliers > fit->inliers)) fit = trial;
+  }
+  for (std::size_t i = 1; fit && i < options.scales.size(); ++i)
+    fit = fit_at(scene, comparison, fit->cam_from_world, options.scales[i], options);
+  if (!fit || static_cast<double>(fit->inliers) < options.min_inlier_share * static_cast<double>(fit->patches))
+    return false;
+  const Eigen::Vector3d centre = centre_of(fit->cam_from_world);
+  const Eigen::Vector3d from = centre_of(first.cam_from_world), to = centre_of(last.cam_from_world);
+  if (std::max((centre - from).norm(), (centre - to).norm()) > options.max_stray * (to - from).norm()) return false;
+  view.cam_from_world = fit->cam_from_world;
+  view.registered = true;
+  return true;
+}
+
+}  // namespace
+
+std::vector<int> place_between_neighbours(Scene& scene, const PictureOfView& picture_of,
+                                          const PatchResectionOptions& options) {
+  std::vector<int> placed;
+  // From both ends of a gap inwards: patches change with the direction they are seen from, and a view that has found
+  // its place helps the one beside it.
+  for (bool again = true; again;) {
+    std::vector<int> edge;
+    for (std::size_t v = 0; v < scene.views.size(); ++v) {
+      const View& view = scene.views[v];
+      if (view.registered) continue;
+      if (std::any_of(scene.views.begin(), scene.views.end(), [&](const View& other) {
+            return other.registered && other.pass == view.pass && std::abs(other.order - view.order) == 1;
+          }))
+        edge.push_back(static_cast<int>(v));
+    }
+    again = false;
+    for (const int v : edge) {
+      if (!place(scene, v, picture_of, options)) continue;
+      placed.push_back(v);
+      again = true;
+    }
+  }
+  return placed;
+}
+
+}  // namespace gyre

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/cameras/patch_resection.h"
+#include "tests/offload/cameras/column_scene.h"
+
+#include <gtest/gtest.h>
+
+namespace gyre {
+namespace {
+
+constexpr int views = 40;
+constexpr double smear = 0.06;  // radians a picture is smeared over: 20 pixels of the wall
+
+class PatchResection : public testing::Test {
+ protected:
+  PatchResection() : column_(make_column(views)), truth_(column_.scene) {
+    options_.scales = {0.5, 0.5, 1.0};
+    options_.patches.half_side = 9;
+    options_.patches.reach = 8;
+  }
+
+  void lose(int v) {
+    View& view = column_.scene.views[v];
+    view.registered = false;
+    view.cam_from_world = {};
+    view.track_of.assign(view.keypoints.size(), -1);
+    for (Track& track : column_.scene.tracks)
+      std::erase_if(track.observations, [&](const Observation& o) { return o.view == v; });
+  }
+  PictureOfView pictures(double sweep_of_lost) {
+    return [this, sweep_of_lost](int v) {
+      Column as_it_was{truth_};
+      return as_it_was.picture(v, lost_.contains(v) ? sweep_of_lost : 0.0);
+    };
+  }
+  double centre_error(int v) const {
+    return (centre_of(column_.scene.views[v].cam_from_world) - centre_of(truth_.views[v].cam_from_world)).norm();
+  }
+  double rotation_error(int v) const {
+    return angle_between(column_.scene.views[v].cam_from_world.rotation, truth_.views[v].cam_from_world.rotation);
+  }
+
+  Column column_;
+  Scene truth_;
+  std::set<int> lost_;
+  PatchResectionOptions options_;
+};
+
+TEST_F(PatchResection, AlignsPatchesOfASmearedPictureWithoutBias) {
+  const int v = 7;
+  std::vector<int> tracks(truth_.tracks.size());
+  std::iota(tracks.begin(), tracks.end(), 0);
+  const std::map<int, cv::Mat> references{{6, column_.picture(6)}, {8, column_.picture(8)}};
+  // Looked for from a pose that is a little wrong.
+  Pose guess = truth_.views[v].cam_from_world;
+  guess.translation += Eigen::Vector3d(0.02, -0.01, 0.01);
+  const std::vector<AlignedPoint> aligned =
+      align_patches(truth_, tracks, v, guess, column_.picture(v, smear), references, options_.patches);
+  ASSERT_GT(aligned.size(), 60U);
+  std::vector<double> x, y;
+  for (const AlignedPoint& a : aligned) {
+    const auto place = truth_.cameras[0].project(truth_.views[v].cam_from_world * truth_.tracks[a.track].point);
+    x.push_back(a.pixel.x() - place->x());
+    y.push_back(a.pixel.y() - place->y());
+  }
+  for (std::vector<double>* errors : {&x, &y}) {
+    std::nth_element(errors->begin(), errors->begin() + static_cast<std::ptrdiff_t>(errors->size() / 2), errors->end());
+    EXPECT_LT(std::abs((*errors)[errors->size() / 2]), 0.3);
+  }
+}
+
+TEST_F(PatchResection, PlacesThreeSmearedViewsInARow) {
+  lost_ = {20, 21, 22};
+  for (const int v : lost_) lose(v);
+  std::vector<int> placed = place_between_neighbours(column_.scene, pictures(smear), options_);
+  std::sort(placed.begin(), placed.end());
+  EXPECT_EQ(placed, (std::vector<int>{20, 21, 22}));
+  for (const int v : lost_) {
+    EXPECT_TRUE(column_.scene.views[v].registered);
+    // A column alone tells turning from stepping aside only by its depth: a pixel at its rim is worth 5 cm.
+    EXPECT_LT(centre_error(v), 0.06) << v;
+    EXPECT_LT(rotation_error(v), 0.03) << v;
+  }
+}
+
+TEST_F(PatchResection, LeavesOutAPictureOfSomethingElse) {
+  lost_ = {10};
+  lose(10);
+  const auto true_pictures = pictures(0.0);
+  const auto swapped = [&](int v) { return true_pictures(v == 10 ? 30 : v); };
+  EXPECT_TRUE(place_between_neighbours(column_.scene, swapped, options_).empty());
+  EXPECT_FALSE(column_.scene.views[10].registered);
+}
+
+TEST_F(PatchResection, LeavesOutAPictureThatCannotBeRead) {
+  lost_ = {10};
+  lose(10);
+  const auto true_pictures = pictures(0.0);
+  const auto missing = [&](int v) { return v == 10 ? cv::Mat() : true_pictures(v); };
+  EXPECT_TRUE(place_between_neighbours(column_.scene, missing, options_).empty());
+}
+
+TEST_F(PatchResection, NeedsNeighboursOnBothSides) {
+  lost_ = {0};
+  lose(0);
+  EXPECT_TRUE(place_between_neighbours(column_.scene, pictures(0.0), options_).empty());
+}
+
+}  // namespace
+}  // namespace gyre
