@@ -47,6 +47,13 @@ TEST_F(ConfigTest, AFlagWins) {
   EXPECT_EQ(height_, 1700);
 }
 
+TEST_F(ConfigTest, LettersBeyondAsciiNeedQuotes) {
+  parse("# größer\nname = \"Zoë\"\n", {"run"});
+  EXPECT_EQ(name_, "Zoë");
+  EXPECT_THROW(parse("name = Zoë\n", {"run"}), CLI::Error);
+  EXPECT_THROW(parse("größe = 1\n", {"run"}), CLI::Error);
+}
+
 TEST_F(ConfigTest, UnknownKeysAndBrokenFilesAreErrors) {
   EXPECT_THROW(parse("nmae = \"rig\"\n", {"run"}), CLI::Error);
   EXPECT_THROW(parse("name = [\n", {"run"}), CLI::Error);

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/wire/wire.h"
+#include "tests/fuzz/fuzz.h"
 
-#include <cstddef>
-#include <cstdint>
 #include <cstdlib>
 #include <string_view>
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
 // libFuzzer's entry. Any bytes decode to a message or an error; what decodes encodes to bytes that mean the same.
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

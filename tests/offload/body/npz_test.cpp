@@ -8,7 +8,7 @@
 namespace gyre {
 namespace {
 
-std::string little(std::uint32_t value, int size) {
+std::string little(std::uint64_t value, int size) {
   std::string bytes;
   for (int i = 0; i < size; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xFF);
   return bytes;
