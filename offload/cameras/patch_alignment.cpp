@@ -20,9 +20,9 @@ struct Candidate {
 };
 
 std::vector<Candidate> candidates(const Scene& scene, std::span<const int> tracks, int view, const Pose& cam_from_world,
-                                  const std::map<int, cv::Mat>& references, const PatchAlignmentOptions& options) {
+                                  const PatchPictures& pictures, const PatchAlignmentOptions& options) {
   const View& own = scene.views[view];
-  const Camera camera = scene.camera_of(own).scaled(options.scale);
+  const Camera camera = scene.camera_of(own).scaled(pictures.scale);
   const Eigen::Vector3d centre = centre_of(cam_from_world);
   const double margin = options.half_side + options.reach + 1;
   std::map<std::pair<int, int>, std::vector<Candidate>> cells;
@@ -37,7 +37,7 @@ std::vector<Candidate> candidates(const Scene& scene, std::span<const int> track
     Candidate candidate{t, -1, 0, *place};
     double most_similar = std::cos(0.6);  // radians; beyond it a patch looks like another
     for (const Observation& o : track.observations) {
-      if (!o.used || !references.contains(o.view)) continue;
+      if (!o.used || !pictures.references.contains(o.view)) continue;
       ++candidate.seen_by;
       const double cosine = ray.dot((track.point - centre_of(scene.view_of(o).cam_from_world)).normalized());
       if (cosine < most_similar) continue;
@@ -96,32 +96,34 @@ double top_of(double before, double at, double after) {
 
 }  // namespace
 
-std::vector<AlignedPoint> align_patches(const Scene& scene, std::span<const int> tracks, int view,
-                                        const Pose& cam_from_world, const cv::Mat& picture,
-                                        const std::map<int, cv::Mat>& references,
-                                        const PatchAlignmentOptions& options) {
-  const View& own = scene.views[view];
+PatchPictures prepare_patch_pictures(const cv::Mat& picture, const std::map<int, cv::Mat>& references, double scale,
+                                     double smoothing) {
   const auto prepare = [&](const cv::Mat& given) {
     cv::Mat prepared;
-    const Camera size = Camera{given.cols, given.rows}.scaled(options.scale);
+    const Camera size = Camera{given.cols, given.rows}.scaled(scale);
     cv::resize(given, prepared, {size.width, size.height}, 0, 0, cv::INTER_AREA);
-    cv::GaussianBlur(prepared, prepared, {}, options.smoothing);
+    cv::GaussianBlur(prepared, prepared, {}, smoothing);
     return prepared;
   };
+  PatchPictures pictures{scale, prepare(picture), {}};
+  for (const auto& [i, reference] : references) pictures.references[i] = prepare(reference);
+  return pictures;
+}
+
+std::vector<AlignedPoint> align_patches(const Scene& scene, std::span<const int> tracks, int view,
+                                        const Pose& cam_from_world, const PatchPictures& pictures,
+                                        const PatchAlignmentOptions& options) {
+  const View& own = scene.views[view];
   const Camera& camera = scene.camera_of(own);
-  const Camera resized = camera.scaled(options.scale);
+  const Camera resized = camera.scaled(pictures.scale);
   const Eigen::Vector2d full_from_resized(static_cast<double>(camera.width) / resized.width,
                                           static_cast<double>(camera.height) / resized.height);
-  const cv::Mat blurred = prepare(picture);
-  std::map<int, cv::Mat> sharp;
-  for (const auto& [i, reference] : references) sharp[i] = prepare(reference);
-
   const int half = options.half_side, reach = options.reach;
   std::vector<AlignedPoint> aligned;
   cv::Mat patch, correlation;
-  for (const Candidate& c : candidates(scene, tracks, view, cam_from_world, references, options)) {
+  for (const Candidate& c : candidates(scene, tracks, view, cam_from_world, pictures, options)) {
     const auto map = reference_from_view(scene, own, cam_from_world, scene.views[c.reference],
-                                         scene.tracks[c.track].point, c.place, options.scale);
+                                         scene.tracks[c.track].point, c.place, pictures.scale);
     if (!map) continue;
     // The window's centre lies in the middle of a pixel; OpenCV counts from the centre of the first one.
     const cv::Point middle(static_cast<int>(c.place.x()), static_cast<int>(c.place.y()));
@@ -129,11 +131,11 @@ std::vector<AlignedPoint> align_patches(const Scene& scene, std::span<const int>
     const Eigen::Vector2d origin = map->leftCols<2>() * (corner - c.place) + map->col(2) - Eigen::Vector2d(0.5, 0.5);
     const cv::Matx23d source((*map)(0, 0), (*map)(0, 1), origin.x(), (*map)(1, 0), (*map)(1, 1), origin.y());
     const cv::Size side(2 * half + 1, 2 * half + 1);
-    cv::warpAffine(sharp[c.reference], patch, source, side, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
+    cv::warpAffine(pictures.references.at(c.reference), patch, source, side, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
                    cv::BORDER_REPLICATE);
     const cv::Rect window(middle.x - half - reach, middle.y - half - reach, 2 * (half + reach) + 1,
                           2 * (half + reach) + 1);
-    cv::matchTemplate(blurred(window), patch, correlation, cv::TM_CCOEFF_NORMED);
+    cv::matchTemplate(pictures.picture(window), patch, correlation, cv::TM_CCOEFF_NORMED);
     double best = 0.0;
     cv::Point at;
     cv::minMaxLoc(correlation, nullptr, &best, nullptr, &at);

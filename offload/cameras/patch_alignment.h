@@ -13,10 +13,8 @@
 namespace gyre {
 
 struct PatchAlignmentOptions {
-  double scale = 1.0;      // the pictures are first resized by this; the lengths below are in resized pixels
-  int half_side = 12;      // of the compared patch, pixels
-  int reach = 10;          // farthest shift from the expected place, pixels
-  double smoothing = 1.5;  // standard deviation of the Gaussian over all pictures first, pixels
+  int half_side = 12;  // of the compared patch, pixels of the resized pictures
+  int reach = 10;      // farthest shift from the expected place, pixels of the resized pictures
   double min_correlation = 0.7;
   int points_per_cell = 6;  // of a 12 x 12 grid over the picture
 };
@@ -26,14 +24,24 @@ struct AlignedPoint {
   Eigen::Vector2d pixel;  // in the blurred picture, full size
 };
 
-// Looks in `picture`, the one of `view`, for the surroundings of the tracks' points it must show by the given pose,
-// as one of the `references` (8-bit grey pictures of registered views) shows them: the patch is carried over as if it
-// were a plane that faces both cameras, and the place of the largest normalised cross-correlation, to parts of a pixel,
-// is the answer. The blur of a steady motion is symmetric about the middle of the exposure, so this place is not
-// shifted by it, as the ends of a smear that a detector finds are.
+// The pictures of one comparison, resized and smoothed as the options say.
+struct PatchPictures {
+  double scale = 1.0;
+  cv::Mat picture;
+  std::map<int, cv::Mat> references;  // by view
+};
+
+// From 8-bit grey pictures.
+PatchPictures prepare_patch_pictures(const cv::Mat& picture, const std::map<int, cv::Mat>& references, double scale,
+                                     double smoothing);
+
+// Looks in the picture, the one of `view`, for the surroundings of the tracks' points it must show by the given pose,
+// as one of the references (registered views) shows them: the patch is carried over as if it were a plane that faces
+// both cameras, and the place of the largest normalised cross-correlation, to parts of a pixel, is the answer. The blur
+// of a steady motion is symmetric about the middle of the exposure, so this place is not shifted by it, as the ends of
+// a smear that a detector finds are.
 std::vector<AlignedPoint> align_patches(const Scene& scene, std::span<const int> tracks, int view,
-                                        const Pose& cam_from_world, const cv::Mat& picture,
-                                        const std::map<int, cv::Mat>& references,
+                                        const Pose& cam_from_world, const PatchPictures& pictures,
                                         const PatchAlignmentOptions& options = {});
 
 }  // namespace gyre

@@ -54,9 +54,37 @@ std::vector<int> calm_tracks(const Scene& scene, const std::vector<int>& seen_fr
 // A view to place and what it is compared with.
 struct Comparison {
   int view = 0;
-  cv::Mat picture;
-  std::map<int, cv::Mat> references;
+  std::map<double, PatchPictures> pictures;  // by scale
   std::vector<int> tracks;
+};
+
+// The picture of a view and those of its references, which are kept for the view after it.
+class Pictures {
+ public:
+  explicit Pictures(const PictureOfView& picture_of) : picture_of_(picture_of) {}
+
+  // At every scale of `options`; none when the view's picture or all references cannot be read.
+  std::map<double, PatchPictures> prepared(int view, std::span<const int> references,
+                                           const PatchResectionOptions& options) {
+    std::map<int, cv::Mat> near;
+    for (const int i : references) {
+      const auto known = read_.find(i);
+      if (cv::Mat picture = known != read_.end() ? known->second : picture_of_(i); !picture.empty())
+        near.emplace(i, std::move(picture));
+    }
+    read_ = near;
+    const cv::Mat own = picture_of_(view);
+    std::map<double, PatchPictures> prepared;
+    if (own.empty() || near.empty()) return prepared;
+    for (const double scale : options.scales)
+      if (!prepared.contains(scale))
+        prepared.emplace(scale, prepare_patch_pictures(own, near, scale, options.smoothing));
+    return prepared;
+  }
+
+ private:
+  const PictureOfView& picture_of_;
+  std::map<int, cv::Mat> read_;
 };
 
 struct Fit {
@@ -67,11 +95,9 @@ struct Fit {
 // The pose by which most patches lie where they must, from one that is wrong by no more than the patches' reach.
 std::optional<Fit> fit_at(const Scene& scene, const Comparison& c, const Pose& guess, double scale,
                           const PatchResectionOptions& options) {
-  PatchAlignmentOptions patches = options.patches;
-  patches.scale = scale;
   const Camera& camera = scene.camera_of(scene.views[c.view]);
   const std::vector<AlignedPoint> aligned =
-      align_patches(scene, c.tracks, c.view, guess, c.picture, c.references, patches);
+      align_patches(scene, c.tracks, c.view, guess, c.pictures.at(scale), options.patches);
   std::vector<Eigen::Vector2d> image;
   std::vector<Eigen::Vector3d> world;
   for (const AlignedPoint& a : aligned) {
@@ -85,7 +111,7 @@ std::optional<Fit> fit_at(const Scene& scene, const Comparison& c, const Pose& g
   return Fit{found->cam_from_world, found->inliers.size(), aligned.size()};
 }
 
-bool place(Scene& scene, int v, const PictureOfView& picture_of, const PatchResectionOptions& options) {
+bool place(Scene& scene, int v, Pictures& pictures, const PatchResectionOptions& options) {
   View& view = scene.views[v];
   std::vector<int> near = placed_near(scene, v);
   const auto before = std::find_if(near.begin(), near.end(), [&](int i) { return scene.views[i].order < view.order; });
@@ -95,10 +121,9 @@ bool place(Scene& scene, int v, const PictureOfView& picture_of, const PatchRese
   if (last.order - first.order > options.max_gap) return false;
 
   near.resize(std::min(near.size(), static_cast<std::size_t>(options.references)));
-  Comparison comparison{v, picture_of(v), {}, calm_tracks(scene, near, first, last, options.calm_share)};
-  for (const int i : near)
-    if (cv::Mat reference = picture_of(i); !reference.empty()) comparison.references.emplace(i, std::move(reference));
-  if (comparison.picture.empty() || comparison.references.empty()) return false;
+  const Comparison comparison{v, pictures.prepared(v, near, options),
+                              calm_tracks(scene, near, first, last, options.calm_share)};
+  if (comparison.pictures.empty()) return false;
 
   std::optional<Fit> fit;
   for (int i = 1; i <= options.guesses; ++i) {
@@ -124,6 +149,7 @@ bool place(Scene& scene, int v, const PictureOfView& picture_of, const PatchRese
 std::vector<int> place_between_neighbours(Scene& scene, const PictureOfView& picture_of,
                                           const PatchResectionOptions& options) {
   std::vector<int> placed;
+  Pictures pictures(picture_of);
   // From both ends of a gap inwards: patches change with the direction they are seen from, and a view that has found
   // its place helps the one beside it.
   for (bool again = true; again;) {
@@ -138,7 +164,7 @@ std::vector<int> place_between_neighbours(Scene& scene, const PictureOfView& pic
     }
     again = false;
     for (const int v : edge) {
-      if (!place(scene, v, picture_of, options)) continue;
+      if (!place(scene, v, pictures, options)) continue;
       placed.push_back(v);
       again = true;
     }

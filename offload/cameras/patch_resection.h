@@ -18,6 +18,7 @@ struct PatchResectionOptions {
   double calm_share = 0.7;  // of the points, those that move least from neighbour to neighbour
   // Of the pictures, one after the other; the guesses are tried at the first.
   std::vector<double> scales{0.25, 0.25, 0.5, 0.5};
+  double smoothing = 1.5;  // standard deviation of the Gaussian over the resized pictures, pixels
   double max_error = 2.5;  // pixels of the resized picture
   int min_inliers = 20;
   double min_inlier_share = 0.3;  // of the patches found at the last scale

@@ -3,6 +3,7 @@
 
 #include "common/mesh/closest_point.h"
 #include "tests/synthetic/write_capture.h"
+#include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -207,8 +208,8 @@ TEST(write_capture, video_truth_and_meshes_read_back) {
   CaptureOptions options = small_options();
   options.frames = 8;
   const Capture capture = make_capture(options);
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "gyre_write_capture";
-  std::filesystem::remove_all(folder);
+  const TemporaryFolder temporary;
+  const std::filesystem::path& folder = temporary.path();
   WriteOptions small;
   small.texture_size = 1024;
   const auto written = write_capture(capture, folder, small);
@@ -231,7 +232,6 @@ TEST(write_capture, video_truth_and_meshes_read_back) {
       EXPECT_NEAR(truth["frames"][5]["cam_from_world"][r][c].get<double>(), pose(r, c), 1e-12);
   for (const char* name : {"joints.json", "mesh.ply", "mesh_full.ply", "mesh.obj", "texture.png", "masks/000000.png"})
     EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A reconstructed avatar in the hands of others: the Khronos validator and Blender.
 #include "common/bundle/atomic_file.h"
+#include "common/bundle/bundle.h"
 #include "offload/body/humanoid.h"
 #include "tests/system/programs.h"
 
@@ -93,8 +94,10 @@ TEST_F(ImportTest, BlenderReadsSkeletonSkinAndShapes) {
     for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(head[i], nodes.at(bone.name)[i], 1e-4) << bone.name;
   }
 
-  const bool has_face =
-      !json::parse(read_file(out() + "/work/fit/fit.json").value_or("{}")).at("template").at("built_in").get<bool>();
+  const bool has_face = !json::parse(read_file(Bundle(out()).work("fit") / "fit.json").value_or("{}"))
+                             .at("template")
+                             .at("built_in")
+                             .get<bool>();
   if (has_face) {
     for (const std::string_view name : arkit_expressions())
       EXPECT_GT(facts.at("moved_by_shape_key").value(std::string(name), 0), 0) << name;

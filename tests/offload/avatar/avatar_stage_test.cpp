@@ -3,6 +3,7 @@
 #include "common/bundle/atomic_file.h"
 #include "common/mesh/mesh_io.h"
 #include "offload/body/template.h"
+#include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <filesystem>
@@ -15,8 +16,6 @@ namespace {
 class AvatarStage : public testing::Test {
  protected:
   void SetUp() override {
-    root_ = std::filesystem::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::remove_all(root_);
     for (const char* stage : {"fit", "texture", "cameras", "avatar"}) {
       std::filesystem::create_directories(root_ / "work" / stage);
     }
@@ -32,7 +31,6 @@ class AvatarStage : public testing::Test {
     ASSERT_TRUE(write_file(root_ / "work/cameras/scene.json", R"({"scale_source":"height"})"));
     cv::imwrite((root_ / "work/texture/albedo.png").string(), cv::Mat(8, 8, CV_8UC3, cv::Scalar(90, 120, 200)));
   }
-  void TearDown() override { std::filesystem::remove_all(root_); }
 
   Result<nlohmann::json> run() const {
     const Stage stage = avatar_stage();
@@ -41,7 +39,9 @@ class AvatarStage : public testing::Test {
     return stage.run(context);
   }
 
-  std::filesystem::path root_, template_file_;
+  TemporaryFolder folder_;
+  const std::filesystem::path& root_ = folder_.path();
+  std::filesystem::path template_file_;
   BodyTemplate body_;
   nlohmann::json fit_;
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/body/npz.h"
+#include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -63,15 +64,16 @@ const std::vector<std::pair<std::string, std::string>>& sample() {
   return members;
 }
 
-std::filesystem::path written(const std::string& content) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "gyre_npz_test.npz";
+Result<NpzArrays> read(const std::string& content) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "a.npz";
   std::ofstream(file, std::ios::binary) << content;
-  return file;
+  return read_npz(file);
 }
 
 TEST(Npz, ReadsStoredAndDeflatedArrays) {
   for (const bool deflate : {false, true}) {
-    const auto arrays = read_npz(written(zip(sample(), deflate)));
+    const auto arrays = read(zip(sample(), deflate));
     ASSERT_TRUE(arrays) << arrays.error().message();
     EXPECT_EQ(arrays->at("bytes"), (std::vector<std::int32_t>{'a', 'b', 'c'}));
     EXPECT_EQ(arrays->at("index"), (std::vector<std::int32_t>{7, 65535}));
@@ -81,23 +83,22 @@ TEST(Npz, ReadsStoredAndDeflatedArrays) {
 }
 
 TEST(Npz, RefusesWhatItCannotRead) {
-  EXPECT_FALSE(read_npz(written("")));
-  EXPECT_FALSE(read_npz(written("not an archive")));
-  EXPECT_FALSE(read_npz(written(zip({{"a.npy", npy("<f8", "(1,)", little(0, 8))}}, true))));
-  EXPECT_FALSE(read_npz(written(zip({{"a.npy", npy("|u1", "(4,)", "abc")}}, true))));
-  EXPECT_FALSE(read_npz(written(zip({{"a.npy", npy("|u1", "(1, 3)", "abc")}}, true))));
-  EXPECT_FALSE(read_npz(written(zip({{"a.txt", "hello"}}, true))));
+  EXPECT_FALSE(read(""));
+  EXPECT_FALSE(read("not an archive"));
+  EXPECT_FALSE(read(zip({{"a.npy", npy("<f8", "(1,)", little(0, 8))}}, true)));
+  EXPECT_FALSE(read(zip({{"a.npy", npy("|u1", "(4,)", "abc")}}, true)));
+  EXPECT_FALSE(read(zip({{"a.npy", npy("|u1", "(1, 3)", "abc")}}, true)));
+  EXPECT_FALSE(read(zip({{"a.txt", "hello"}}, true)));
 }
 
 TEST(Npz, DamageIsAnErrorNotACrash) {
   const std::string whole = zip(sample(), true);
-  for (std::size_t length = 0; length + 2 < whole.size(); length += 3)
-    EXPECT_FALSE(read_npz(written(whole.substr(0, length))));
+  for (std::size_t length = 0; length + 2 < whole.size(); length += 3) EXPECT_FALSE(read(whole.substr(0, length)));
   std::mt19937 random(3);
   for (int i = 0; i < 200; ++i) {
     std::string damaged = whole;
     damaged[random() % damaged.size()] = static_cast<char>(random());
-    (void)read_npz(written(damaged));
+    (void)read(damaged);
   }
 }
 

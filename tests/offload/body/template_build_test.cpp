@@ -6,6 +6,7 @@
 #include "offload/body/body_measures.h"
 #include "offload/body/humanoid.h"
 #include "offload/body/template_check.h"
+#include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -83,11 +84,11 @@ TEST_F(TemplateBuild, FirstComponentIsMostlyStature) {
 }
 
 TEST_F(TemplateBuild, FileKeepsItAndIsSmall) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "gyre_template_build_test.glb";
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "template.glb";
   ASSERT_TRUE(write_template(body(), file));
   EXPECT_LT(std::filesystem::file_size(file), 8U << 20);
   const Result<BodyTemplate> read = read_template(file);
-  std::filesystem::remove(file);
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_TRUE(std::none_of(read->parts.begin(), read->parts.end(), [](const auto& p) { return p.vertex_count == 0; }));
   for (const TemplateFinding& finding : check_template(*read)) EXPECT_FALSE(finding.is_error) << finding.what;

@@ -2,6 +2,7 @@
 // Packed template files: round trip, and files that are not what they should be.
 #include "common/bundle/atomic_file.h"
 #include "offload/body/template.h"
+#include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <random>
@@ -11,17 +12,7 @@ namespace {
 
 class TemplateFile : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              ("gyre_template_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  std::filesystem::path file(const std::string& name) const { return folder_ / name; }
+  std::filesystem::path file(const std::string& name) const { return folder_.path() / name; }
 
   // The built-in human with an expression, so that morph targets are covered.
   static BodyTemplate sample() {
@@ -32,7 +23,7 @@ class TemplateFile : public testing::Test {
   }
 
  private:
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 TEST_F(TemplateFile, RoundTrip) {

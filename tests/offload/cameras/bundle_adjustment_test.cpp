@@ -54,7 +54,26 @@ TEST(BundleAdjustment, brings_disturbed_poses_and_points_back) {
   EXPECT_LT(largest_centre_error(orbit, scene), 1e-5);
 }
 
-TEST(BundleAdjustment, finds_the_lens) {
+TEST(BundleAdjustment, finds_a_usual_lens_exactly) {
+  OrbitOptions usual = exact_ring();
+  usual.camera = {.width = 720, .height = 1280, .fx = 1100, .fy = 1100, .cx = 360, .cy = 640};
+  const Orbit orbit = make_orbit(usual);
+  Scene scene = true_scene(orbit);
+  scene.cameras[0] = Camera{.width = 720, .height = 1280, .fx = 1000, .fy = 1010, .cx = 350, .cy = 650, .k1 = -0.02};
+  BundleOptions options = thorough();
+  options.lens = LensFreedom::tangential;
+  adjust_bundle(scene, options);
+  const Camera& found = scene.cameras[0];
+  EXPECT_NEAR(found.fx, 1100, 0.01);
+  EXPECT_NEAR(found.fy, 1100, 0.01);
+  EXPECT_NEAR(found.cx, 360, 0.01);
+  EXPECT_NEAR(found.cy, 640, 0.01);
+  EXPECT_NEAR(found.k1, 0, 1e-5);
+  EXPECT_NEAR(found.k2, 0, 1e-5);
+}
+
+// Away from the usual lens the priors pull, so that the lens is found to a share of their width only.
+TEST(BundleAdjustment, finds_an_unusual_lens_nearly) {
   OrbitOptions noisy = exact_ring();
   noisy.pixel_noise = 0.1;
   const Orbit orbit = make_orbit(noisy);

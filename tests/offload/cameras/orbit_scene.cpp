@@ -86,10 +86,10 @@ ViewPair match(const Orbit& orbit, int a, int b, const OrbitOptions& options, Ra
 Orbit make_orbit(const OrbitOptions& options) {
   Random random(options.seed);
   Orbit orbit;
-  orbit.camera = {.width = 720, .height = 1280, .fx = 1100, .fy = 1098, .cx = 357, .cy = 644, .k1 = -0.04, .k2 = 0.01};
+  orbit.camera = options.camera;
   const std::vector<PointWithNormal> points = make_points(options, random);
   for (const PointWithNormal& p : points) orbit.points.push_back(p.position);
-  orbit.scene.cameras.push_back(Camera{.width = 720, .height = 1280});
+  orbit.scene.cameras.push_back(Camera{.width = options.camera.width, .height = options.camera.height});
   for (int v = 0; v < options.views; ++v) {
     const double angle = options.arc * v / options.views;
     const double radius = options.radius + random.normal(0.05);

@@ -18,6 +18,7 @@ struct OrbitOptions {
   int floor_points = 500;
   double pixel_noise = 0.3;     // standard deviation, pixels
   double outlier_share = 0.05;  // of the matches of a pair, replaced by random ones
+  Camera camera{.width = 720, .height = 1280, .fx = 1100, .fy = 1098, .cx = 357, .cy = 644, .k1 = -0.04, .k2 = 0.01};
   std::uint64_t seed = 1;
 };
 

@@ -53,8 +53,9 @@ TEST_F(PatchResection, AlignsPatchesOfASmearedPictureWithoutBias) {
   // Looked for from a pose that is a little wrong.
   Pose guess = truth_.views[v].cam_from_world;
   guess.translation += Eigen::Vector3d(0.02, -0.01, 0.01);
-  const std::vector<AlignedPoint> aligned =
-      align_patches(truth_, tracks, v, guess, column_.picture(v, smear), references, options_.patches);
+  const PatchPictures full_size =
+      prepare_patch_pictures(column_.picture(v, smear), references, 1.0, options_.smoothing);
+  const std::vector<AlignedPoint> aligned = align_patches(truth_, tracks, v, guess, full_size, options_.patches);
   ASSERT_GT(aligned.size(), 60U);
   std::vector<double> x, y;
   for (const AlignedPoint& a : aligned) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/cameras_stage.h"
+#include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
@@ -12,16 +13,12 @@ namespace {
 class StageTest : public testing::Test {
  protected:
   void SetUp() override {
-    root_ = std::filesystem::path(testing::TempDir()) /
-            (std::string("gyre-cameras-") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(root_);
     Scan scan;
     scan.id = "01ARZ3NDEKTSV4RRFFQ69G5FAV";
     scan.passes.push_back({"body", 0.0, 10, 200, 300});
     bundle_ = *create_bundle(root_, scan);
     std::filesystem::create_directories(root_ / "out");
   }
-  void TearDown() override { std::filesystem::remove_all(root_); }
 
   void add(int index, const cv::Mat& picture) const { cv::imwrite(bundle_.frame("body", index).string(), picture); }
 
@@ -42,7 +39,8 @@ class StageTest : public testing::Test {
     return picture;
   }
 
-  std::filesystem::path root_;
+  TemporaryFolder folder_;
+  const std::filesystem::path& root_ = folder_.path();
   Bundle bundle_{""};
 };
 

@@ -5,6 +5,7 @@
 #include "common/geometry/colmap_model.h"
 #include "common/mesh/mesh_io.h"
 #include "ray_scene.h"
+#include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -19,13 +20,9 @@ using nlohmann::json;
 class CloudStage : public testing::Test {
  protected:
   void SetUp() override {
-    root_ = std::filesystem::path(testing::TempDir()) /
-            (std::string("gyre-cloud-") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(root_);
     std::filesystem::create_directories(root_ / "frames");
     std::filesystem::create_directories(root_ / "out");
   }
-  void TearDown() override { std::filesystem::remove_all(root_); }
 
   void write_cameras(int views) {
     const std::filesystem::path cameras = root_ / "work" / "cameras";
@@ -56,7 +53,8 @@ class CloudStage : public testing::Test {
   }
 
   test::RayScene scene_;
-  std::filesystem::path root_;
+  TemporaryFolder folder_;
+  const std::filesystem::path& root_ = folder_.path();
 };
 
 TEST_F(CloudStage, WritesCloudAndFacts) {

@@ -7,6 +7,7 @@
 #include "common/render/rasterise.h"
 #include "offload/body/template.h"
 #include "offload/report/surface_errors.h"
+#include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -29,7 +30,8 @@ json array_of(const Eigen::Vector3d& v) {
 class Evaluate : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    template_file = std::filesystem::path(testing::TempDir()) / "gyre_evaluate_template.glb";
+    suite_folder = new TemporaryFolder;
+    template_file = suite_folder->path() / "template.glb";
     const auto written = write_template(built_in_template(), template_file);
     ASSERT_TRUE(written) << written.error().message();
     auto read = read_template(template_file);
@@ -38,13 +40,10 @@ class Evaluate : public testing::Test {
   }
   static void TearDownTestSuite() {
     delete body;
-    std::filesystem::remove(template_file);
+    delete suite_folder;
   }
 
   void SetUp() override {
-    root = std::filesystem::path(testing::TempDir()) /
-           (std::string("gyre_evaluate_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(root);
     camera = Camera::from_fov(120, 200, 0.9);
     camera.k1 = -0.03;
     posed = body->mesh;
@@ -62,7 +61,6 @@ class Evaluate : public testing::Test {
     for (std::size_t j = 0; j < rest.size(); ++j) joints[body->joints[j].name] = rest[j];
     for (const Eigen::Vector3d& p : sample_surface(posed, 20000, 3)) cloud.points.push_back(p.cast<float>());
   }
-  void TearDown() override { std::filesystem::remove_all(root); }
 
   std::filesystem::path truth_folder() const { return root / "truth"; }
 
@@ -154,8 +152,10 @@ class Evaluate : public testing::Test {
   }
 
   static inline BodyTemplate* body = nullptr;
+  static inline TemporaryFolder* suite_folder = nullptr;
   static inline std::filesystem::path template_file;
-  std::filesystem::path root;
+  TemporaryFolder temporary;
+  const std::filesystem::path& root = temporary.path();
   Camera camera;
   std::vector<Pose> poses;
   TriangleMesh posed;

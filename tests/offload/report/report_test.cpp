@@ -8,6 +8,7 @@
 #include "offload/report/report_facts.h"
 #include "offload/report/report_page.h"
 #include "offload/report/report_stage.h"
+#include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
@@ -45,9 +46,6 @@ std::string first_fault(const std::string& html) {
 class Report : public testing::Test {
  protected:
   void SetUp() override {
-    root = std::filesystem::path(testing::TempDir()) /
-           (std::string("gyre_report_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(root);
     scan.id = "01ARZ3NDEKTSV4RRFFQ69G5FAV";
     scan.device = "rig <script>alert('x')</script> & \"co\"";
     scan.created = "2026-01-02T03:04:05Z";
@@ -58,7 +56,6 @@ class Report : public testing::Test {
     const cv::Mat grey(160, 90, CV_8UC3, cv::Scalar(90, 120, 150));
     for (int i = 0; i < 12; ++i) cv::imwrite(bundle().frame(i < 8 ? "body" : "head", 3 * i).string(), grey);
   }
-  void TearDown() override { std::filesystem::remove_all(root); }
 
   Bundle bundle() const { return Bundle(root / "bundle"); }
 
@@ -104,7 +101,8 @@ class Report : public testing::Test {
     return text ? json::parse(*text) : json();
   }
 
-  std::filesystem::path root;
+  TemporaryFolder folder;
+  const std::filesystem::path& root = folder.path();
   Scan scan;
 };
 

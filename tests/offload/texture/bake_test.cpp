@@ -141,6 +141,7 @@ TEST_F(PaintedBall, BlurredPhotographsAreAvoided) {
   const auto baked = bake_texture(ball_, photos, small_options(), 2, silent);
   ASSERT_TRUE(baked);
   EXPECT_LT(baked->sharpness[0], 0.7);
+  EXPECT_GT(baked->sharpness[2], 0.9);
   EXPECT_LT(baked->texels_of[0], baked->texels_of[2] / 2);
 }
 

@@ -6,6 +6,7 @@
 #include "common/mesh/mesh_io.h"
 #include "offload/body/template.h"
 #include "tests/offload/texture/scene.h"
+#include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <filesystem>
@@ -18,8 +19,6 @@ namespace {
 class TextureStage : public testing::Test {
  protected:
   void SetUp() override {
-    root_ = std::filesystem::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::remove_all(root_);
     for (const char* folder : {"frames", "work/fit", "work/cameras", "work/texture"}) {
       std::filesystem::create_directories(root_ / folder);
     }
@@ -40,7 +39,6 @@ class TextureStage : public testing::Test {
     }
     ASSERT_TRUE(write_colmap_model(model, root_ / "work/cameras"));
   }
-  void TearDown() override { std::filesystem::remove_all(root_); }
 
   Result<nlohmann::json> run(int size) const {
     const Stage stage = texture_stage();
@@ -50,7 +48,8 @@ class TextureStage : public testing::Test {
     return stage.run(context);
   }
 
-  std::filesystem::path root_;
+  TemporaryFolder folder_;
+  const std::filesystem::path& root_ = folder_.path();
 };
 
 TEST_F(TextureStage, WritesTextureSourceAndFacts) {
