@@ -13,8 +13,9 @@
 namespace gyre {
 
 struct PatchAlignmentOptions {
-  int half_side = 12;  // of the compared patch, pixels of the resized pictures
-  int reach = 10;      // farthest shift from the expected place, pixels of the resized pictures
+  int half_side = 12;     // of the compared patch, pixels of the resized pictures
+  int reach = 10;         // farthest shift from the expected place, pixels of the resized pictures
+  double max_smear = 40;  // by the motion of the camera, pixels of the resized pictures
   double min_correlation = 0.7;
   int points_per_cell = 6;  // of a 12 x 12 grid over the picture
 };
@@ -22,13 +23,25 @@ struct PatchAlignmentOptions {
 struct AlignedPoint {
   int track = 0;
   Eigen::Vector2d pixel;  // in the blurred picture, full size
+  Eigen::Vector2d smear;  // way of the point over that picture while its exposure lasted, full size
+  double correlation = 0.0;
+};
+
+// How a camera moves while a picture is exposed, evenly and about the pose in the middle of the exposure.
+struct CameraMotion {
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();  // of the centre, world
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();   // axis times angle, camera axes, radians
+
+  // The pose at `t`, -0.5 at the beginning of the exposure and 0.5 at its end.
+  Pose pose_at(double t, const Pose& cam_from_world) const;
 };
 
 // The pictures of one comparison, resized and smoothed as the options say.
 struct PatchPictures {
   double scale = 1.0;
   cv::Mat picture;
-  std::map<int, cv::Mat> references;  // by view
+  std::map<int, cv::Mat> references;       // by view
+  std::map<int, Eigen::Vector3d> normals;  // of the surface at the points of tracks, as they are found out
 };
 
 // From 8-bit grey pictures.
@@ -41,7 +54,7 @@ PatchPictures prepare_patch_pictures(const cv::Mat& picture, const std::map<int,
 // of a steady motion is symmetric about the middle of the exposure, so this place is not shifted by it, as the ends of
 // a smear that a detector finds are.
 std::vector<AlignedPoint> align_patches(const Scene& scene, std::span<const int> tracks, int view,
-                                        const Pose& cam_from_world, const PatchPictures& pictures,
+                                        const Pose& cam_from_world, const CameraMotion& motion, PatchPictures& pictures,
                                         const PatchAlignmentOptions& options = {});
 
 }  // namespace gyre

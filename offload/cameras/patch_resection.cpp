@@ -21,6 +21,33 @@ std::vector<int> placed_near(const Scene& scene, int v) {
   return near;
 }
 
+// Sharp views to compare with: those nearest in the walk, and those whose cameras stand nearest to a pose and look its
+// way, on whichever walk.
+std::vector<int> references_for(const Scene& scene, const std::vector<int>& near, const Pose& pose,
+                                const PatchResectionOptions& options) {
+  std::vector<char> has_points(scene.views.size(), 0);
+  for (const Track& track : scene.tracks)
+    for (const Observation& o : track.observations)
+      if (o.used) has_points[static_cast<std::size_t>(o.view)] = 1;
+  std::vector<int> references;
+  for (const int i : near)
+    if (has_points[static_cast<std::size_t>(i)] != 0 &&
+        static_cast<int>(references.size()) < options.references_in_walk)
+      references.push_back(i);
+  std::vector<std::pair<double, int>> beside;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const View& view = scene.views[i];
+    if (has_points[i] == 0 || std::find(references.begin(), references.end(), static_cast<int>(i)) != references.end())
+      continue;
+    if (angle_between(view.cam_from_world.rotation, pose.rotation) < options.max_angle)
+      beside.emplace_back((centre_of(view.cam_from_world) - centre_of(pose)).norm(), static_cast<int>(i));
+  }
+  std::sort(beside.begin(), beside.end());
+  beside.resize(std::min(beside.size(), static_cast<std::size_t>(options.references_beside)));
+  for (const auto& [distance, i] : beside) references.push_back(i);
+  return references;
+}
+
 Pose between(const Pose& a, const Pose& b, double t) {
   Pose pose;
   pose.rotation = a.rotation.slerp(t, b.rotation);
@@ -90,14 +117,15 @@ class Pictures {
 struct Fit {
   Pose cam_from_world;
   std::size_t inliers = 0, patches = 0;
+  double agreement = 0.0;  // sum of the inliers' correlations
 };
 
 // The pose by which most patches lie where they must, from one that is wrong by no more than the patches' reach.
-std::optional<Fit> fit_at(const Scene& scene, const Comparison& c, const Pose& guess, double scale,
-                          const PatchResectionOptions& options) {
+std::optional<Fit> fit_at(const Scene& scene, Comparison& c, const Pose& guess, const CameraMotion& motion,
+                          double scale, const PatchResectionOptions& options) {
   const Camera& camera = scene.camera_of(scene.views[c.view]);
   const std::vector<AlignedPoint> aligned =
-      align_patches(scene, c.tracks, c.view, guess, c.pictures.at(scale), options.patches);
+      align_patches(scene, c.tracks, c.view, guess, motion, c.pictures.at(scale), options.patches);
   std::vector<Eigen::Vector2d> image;
   std::vector<Eigen::Vector3d> world;
   for (const AlignedPoint& a : aligned) {
@@ -108,7 +136,44 @@ std::optional<Fit> fit_at(const Scene& scene, const Comparison& c, const Pose& g
   spdlog::debug("patch resection: view {} at {:.2f}: {} patches, {} agree", c.view, scale, aligned.size(),
                 found ? found->inliers.size() : 0);
   if (!found) return std::nullopt;
-  return Fit{found->cam_from_world, found->inliers.size(), aligned.size()};
+  Fit fit{refine_pose(found->cam_from_world, image, world, options.usual_error / scale / camera.fx),
+          found->inliers.size(), aligned.size()};
+  for (const int i : found->inliers) fit.agreement += aligned[i].correlation;
+  return fit;
+}
+
+// The motion that leads from one pose to another in the time of one exposure.
+CameraMotion motion_between(const Pose& a, const Pose& b) {
+  const Eigen::AngleAxisd turn(b.rotation * a.rotation.conjugate());
+  return {centre_of(b) - centre_of(a), turn.angle() * turn.axis()};
+}
+
+// Tries which share of the way between the neighbours was walked during the exposure: the smear it makes of the
+// patches is the one by which most of them are found.
+Fit fit_exposure(const Scene& scene, Comparison& c, Fit fit, const CameraMotion& way,
+                 const PatchResectionOptions& options) {
+  std::vector<double> shares{0.0};
+  for (double share = options.least_exposure; share < options.most_exposure; share *= std::sqrt(2.0))
+    shares.push_back(share);
+  for (int round = 0; round < options.exposure_rounds; ++round) {
+    std::optional<Fit> best;
+    double best_share = 0.0;
+    for (const double share : shares) {
+      const auto trial =
+          fit_at(scene, c, fit.cam_from_world, {share * way.shift, share * way.turn}, options.scales.back(), options);
+      if (!trial || (best && trial->agreement <= best->agreement)) continue;
+      best = trial;
+      best_share = share;
+    }
+    if (!best) break;
+    fit = *best;
+    spdlog::debug("patch resection: view {}: {:.3f} of the way during the exposure, {} of {} agree", c.view, best_share,
+                  fit.inliers, fit.patches);
+    shares = {best_share};
+    if (best_share > 0)
+      for (const double finer : {0.8, 0.9, 1.1, 1.25}) shares.push_back(finer * best_share);
+  }
+  return fit;
 }
 
 bool place(Scene& scene, int v, Pictures& pictures, const PatchResectionOptions& options) {
@@ -120,20 +185,25 @@ bool place(Scene& scene, int v, Pictures& pictures, const PatchResectionOptions&
   const View &first = scene.views[*before], &last = scene.views[*after];
   if (last.order - first.order > options.max_gap) return false;
 
-  near.resize(std::min(near.size(), static_cast<std::size_t>(options.references)));
-  const Comparison comparison{v, pictures.prepared(v, near, options),
-                              calm_tracks(scene, near, first, last, options.calm_share)};
+  near = references_for(scene, near, between(first.cam_from_world, last.cam_from_world, 0.5), options);
+  Comparison comparison{v, pictures.prepared(v, near, options),
+                        calm_tracks(scene, near, first, last, options.calm_share)};
   if (comparison.pictures.empty()) return false;
 
   std::optional<Fit> fit;
   for (int i = 1; i <= options.guesses; ++i) {
     const double t = static_cast<double>(i) / (options.guesses + 1);
     const Pose guess = between(first.cam_from_world, last.cam_from_world, t);
-    const auto trial = fit_at(scene, comparison, guess, options.scales.front(), options);
+    const auto trial = fit_at(scene, comparison, guess, {}, options.scales.front(), options);
     if (trial && (!fit || trial->inliers > fit->inliers)) fit = trial;
   }
   for (std::size_t i = 1; fit && i < options.scales.size(); ++i)
-    fit = fit_at(scene, comparison, fit->cam_from_world, options.scales[i], options);
+    fit = fit_at(scene, comparison, fit->cam_from_world, {}, options.scales[i], options);
+  if (fit) {
+    // With the smear known, the room behind is recognised as well.
+    comparison.tracks = calm_tracks(scene, near, first, last, 1.0);
+    fit = fit_exposure(scene, comparison, *fit, motion_between(first.cam_from_world, last.cam_from_world), options);
+  }
   if (!fit || static_cast<double>(fit->inliers) < options.min_inlier_share * static_cast<double>(fit->patches))
     return false;
   const Eigen::Vector3d centre = centre_of(fit->cam_from_world);

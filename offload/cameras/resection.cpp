@@ -48,4 +48,36 @@ std::optional<Resection> resect(std::span<const Eigen::Vector2d> normalised, std
   return result;
 }
 
+Pose refine_pose(Pose pose, std::span<const Eigen::Vector2d> normalised, std::span<const Eigen::Vector3d> points,
+                 double width) {
+  for (int round = 0; round < 20; ++round) {
+    Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector3d p = pose * points[i];
+      if (p.z() <= 0) continue;
+      const Eigen::Vector2d error = p.hnormalized() - normalised[i];
+      Eigen::Matrix<double, 2, 3> by_point;
+      by_point << 1 / p.z(), 0, -p.x() / (p.z() * p.z()), 0, 1 / p.z(), -p.y() / (p.z() * p.z());
+      Eigen::Matrix<double, 3, 6> point_by_motion;
+      point_by_motion << Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero();
+      point_by_motion.rightCols<3>() << 0, p.z(), -p.y(), -p.z(), 0, p.x(), p.y(), -p.x(), 0;
+      const Eigen::Matrix<double, 2, 6> by_motion = by_point * point_by_motion;
+      const double weight = 1 / (1 + error.squaredNorm() / (width * width));
+      normal += weight * by_motion.transpose() * by_motion;
+      right -= weight * by_motion.transpose() * error;
+    }
+    const Eigen::Matrix<double, 6, 1> step = normal.ldlt().solve(right);
+    if (!step.allFinite()) break;
+    const Eigen::Vector3d turn = step.tail<3>();
+    const double angle = turn.norm();
+    const Eigen::Quaterniond q(angle > 0 ? Eigen::AngleAxisd(angle, turn / angle)
+                                         : Eigen::AngleAxisd(0, Eigen::Vector3d::UnitX()));
+    pose.rotation = (q * pose.rotation).normalized();
+    pose.translation = q * pose.translation + step.head<3>();
+    if (step.norm() < 1e-9) break;
+  }
+  return pose;
+}
+
 }  // namespace gyre

@@ -22,4 +22,9 @@ struct Resection {
 std::optional<Resection> resect(std::span<const Eigen::Vector2d> normalised, std::span<const Eigen::Vector3d> points,
                                 double max_error, int min_inliers);
 
+// The pose by which the points lie where they are seen with the least robust error: Gauss-Newton from `pose` with
+// Cauchy weights of the given width (of the normalised plane). Points behind the camera do not count.
+Pose refine_pose(Pose pose, std::span<const Eigen::Vector2d> normalised, std::span<const Eigen::Vector3d> points,
+                 double width);
+
 }  // namespace gyre

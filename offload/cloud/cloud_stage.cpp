@@ -102,7 +102,7 @@ Stage cloud_stage() {
   stage.name = "cloud";
   stage.inputs = {"frames", "work/cameras"};
   stage.options = {
-      {"long_side_px", 640}, {"neighbours", 6}, {"min_views", 3}, {"spacing_mm", 2.0}, {"max_points", 1000000}};
+      {"long_side_px", 640}, {"neighbours", 8}, {"min_views", 3}, {"spacing_mm", 2.0}, {"max_points", 1000000}};
   stage.run = run;
   return stage;
 }

@@ -24,7 +24,7 @@ namespace gyre {
 
 struct DenseCloudOptions {
   int long_side = 640;               // pixels, working size of a view
-  int levels = 2;                    // of the image pyramid
+  int levels = 3;                    // of the image pyramid
   int geometric_passes = 1;          // after the photometric estimate
   double voxel = 0.002;              // metres between points of the result
   std::size_t max_points = 1000000;  // the voxels grow until the cloud is smaller

@@ -11,7 +11,7 @@
 namespace gyre {
 
 struct ViewSelectionOptions {
-  int count = 6;                 // neighbours a view at most
+  int count = 8;                 // neighbours a view at most
   double min_angle_deg = 3.0;    // triangulation angle below which depth is too uncertain
   double best_angle_deg = 10.0;  // where the score peaks
   double max_angle_deg = 30.0;   // above which patches look too different
