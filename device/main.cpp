@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
   gyre::add_replay_verb(app, run);
   gyre::add_status_verb(app, run);
   gyre::add_pair_verb(app, run);
+  gyre::add_calibrate_verb(app, run);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

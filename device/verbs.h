@@ -21,6 +21,7 @@ void add_replay_verb(CLI::App& app, Verb& run);
 void add_run_verb(CLI::App& app, Verb& run);
 void add_status_verb(CLI::App& app, Verb& run);
 void add_pair_verb(CLI::App& app, Verb& run);
+void add_calibrate_verb(CLI::App& app, Verb& run);
 
 // Prints the error as one line on stderr and returns its exit code.
 int report_error(const Error& error);

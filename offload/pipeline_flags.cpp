@@ -21,6 +21,9 @@ void add_pipeline_flags(CLI::App& verb, PipelineFlags& flags) {
   verb.add_option("--height-mm", flags.height_mm,
                   "stature of the subject, sole to top of hair, millimetres; default: as recorded with the scan")
       ->check(CLI::Range(300.0, 2600.0));
+  verb.add_option("--turntable-radius-mm", flags.turntable_radius_mm,
+                  "horizontal distance of the camera from the turntable's axis, millimetres; default: not known")
+      ->check(CLI::Range(100.0, 20000.0));
   verb.add_option("--texture-size", flags.texture_size, "side of the texture, pixels; default: 2048")
       ->check(CLI::Range(1024, 8192));
   verb.add_option("--set", flags.settings, "any option of a stage, as STAGE.OPTION=VALUE; may be given several times");
@@ -57,6 +60,7 @@ Result<PipelineOptions> pipeline_options(const PipelineFlags& flags, std::option
     };
     if (!body->empty()) set("template", std::filesystem::absolute(*body).string());
     if (height_mm > 0) set("height_mm", height_mm);
+    if (flags.turntable_radius_mm > 0) set("turntable_radius_mm", flags.turntable_radius_mm);
     if (flags.texture_size > 0) set("size", flags.texture_size);
   }
   return options;

@@ -32,6 +32,7 @@ int report_error(const Error& error);
 struct PipelineFlags {
   std::string body_template;          // file of the human template
   double height_mm = 0;               // 0: as scan.json says
+  double turntable_radius_mm = 0;     // 0: not known
   int texture_size = 0;               // 0: the stage's default
   std::vector<std::string> settings;  // "stage.option=value"
   PipelineOptions pipeline;

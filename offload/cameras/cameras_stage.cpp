@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/cameras_stage.h"
 
+#include "common/board/find_board.h"
 #include "common/bundle/atomic_file.h"
 #include "common/geometry/colmap_model.h"
 #include "common/parallel/parallel.h"
@@ -36,6 +37,7 @@ Progress part_of(const Progress& whole, double begin, double end) {
 struct Pictures {
   std::vector<FrameId> ids;
   std::vector<Features> features;
+  std::vector<std::vector<BoardCorner>> boards;
   std::vector<int> pass_of;  // index into `passes`
   std::vector<std::string> passes;
 };
@@ -50,6 +52,7 @@ Result<Pictures> read_pictures(const StageContext& context, const FeatureOptions
     return fail("too few pictures (" + std::to_string(count) + ") to find cameras", context.bundle.frames().string(),
                 "record at least one full walk around the subject");
   pictures.features.resize(count);
+  pictures.boards.resize(count);
   std::vector<std::optional<Error>> errors(count);
   const std::size_t at_once = 8;
   for (std::size_t begin = 0; begin < count; begin += at_once) {
@@ -60,6 +63,7 @@ Result<Pictures> read_pictures(const StageContext& context, const FeatureOptions
       const Result<cv::Mat> picture = read_upright(context.bundle.frame(id.pass, id.index));
       if (picture) {
         pictures.features[i] = detect_features(*picture, options);
+        pictures.boards[i] = find_board(*picture);
       } else {
         errors[i] = picture.error();
       }
@@ -161,27 +165,38 @@ ColmapModel model_of(const Scene& scene, const Pictures& pictures) {
   return model;
 }
 
-// The stature the scale rests on, metres, and where it is from.
-struct Height {
-  double metres = 0.0;
-  bool assumed = false;
-};
+// What the options and the scan say; the board is still to be found.
+Result<KnownLengths> lengths_of(const StageContext& context, const Scan& scan) {
+  KnownLengths known;
+  const double height = context.options.value("height_mm", 0.0);
+  const double radius = context.options.value("turntable_radius_mm", 0.0);
+  if (height < 0) return wrong_use("height_mm must not be negative", std::to_string(height));
+  if (radius < 0) return wrong_use("turntable_radius_mm must not be negative", std::to_string(radius));
+  const double given = height > 0 ? height : scan.height_mm.value_or(0.0);
+  known.stature_assumed = given <= 0;
+  known.stature = (known.stature_assumed ? assumed_height_mm : given) / 1000;
+  known.turntable_radius = radius / 1000;
+  return known;
+}
 
-Result<Height> height_of(const StageContext& context, const Scan& scan) {
-  const double option = context.options.value("height_mm", 0.0);
-  const double given = option > 0 ? option : scan.height_mm.value_or(0.0);
-  if (given > 0) return Height{given / 1000, false};
-  if (option < 0) return wrong_use("height_mm must not be negative", std::to_string(option));
-  spdlog::warn("the subject's height is not given: {:.0f} mm is assumed and all lengths depend on it",
-               assumed_height_mm);
-  return Height{assumed_height_mm / 1000, true};
+std::optional<PlacedBoard> board_of(const Scene& scene, const Pictures& pictures) {
+  const auto seen =
+      std::count_if(pictures.boards.begin(), pictures.boards.end(), [](const auto& b) { return !b.empty(); });
+  if (seen == 0) return std::nullopt;
+  const std::optional<PlacedBoard> board = place_board(scene, pictures.boards);
+  if (!board)
+    spdlog::warn(
+        "the board is seen in {} pictures, but not well enough for the scale: lay it flat where the camera "
+        "sees it from many sides",
+        seen);
+  return board;
 }
 
 Result<json> run(const StageContext& context) {
   const Result<Scan> scan = read_scan(context.bundle);
   if (!scan) return tl::unexpected<Error>(scan.error());
-  const Result<Height> height = height_of(context, *scan);
-  if (!height) return tl::unexpected<Error>(height.error());
+  Result<KnownLengths> known = lengths_of(context, *scan);
+  if (!known) return tl::unexpected<Error>(known.error());
   FeatureOptions feature_options;
   feature_options.max_features = context.options.value("max_features", feature_options.max_features);
   const Result<Pictures> pictures = read_pictures(context, feature_options, part_of(context.progress, 0, features_end));
@@ -221,14 +236,20 @@ Result<json> run(const StageContext& context) {
   if (summary->registered < wanted_registered_share * static_cast<double>(total))
     spdlog::warn("only {} pictures have found their camera", share);
 
-  context.progress(reconstruction_end, "finding floor and height");
-  const Result<WorldFrame> world = find_world(scene, height->metres);
+  context.progress(reconstruction_end, "finding floor and scale");
+  known->board = board_of(scene, *pictures);
+  const Result<WorldFrame> world = find_world(scene, *known);
   if (!world) return tl::unexpected<Error>(world.error());
+  if (world->scale_source == ScaleSource::assumed_height)
+    spdlog::warn("the subject's height is not given: {:.0f} mm is assumed and all lengths depend on it",
+                 assumed_height_mm);
   move_world(scene, world->world_from_model);
   const auto corner = [](const Eigen::Vector3d& v) { return json::array({v.x(), v.y(), v.z()}); };
-  const json scene_file = {{"scale_source", height->assumed ? "assumed-height" : "height"},
-                           {"height_mm", 1000 * height->metres},
-                           {"height_uncertainty_mm", 1000 * height->metres * world->height_uncertainty},
+  const json scene_file = {{"scale_source", name_of(world->scale_source)},
+                           {"scale_uncertainty", world->scale_uncertainty},
+                           {"height_mm", 1000 * world->height},
+                           {"height_uncertainty_mm", 1000 * world->height * world->height_uncertainty},
+                           {"board_views", known->board ? known->board->views : 0},
                            {"registered", summary->registered},
                            {"total", total},
                            {"floor_seen", world->has_floor},
@@ -255,7 +276,8 @@ Stage cameras_stage() {
   Stage stage;
   stage.name = "cameras";
   stage.inputs = {"scan.json", "frames"};
-  stage.options = {{"height_mm", 0.0}, {"max_features", FeatureOptions{}.max_features}};
+  stage.version = 2;
+  stage.options = {{"height_mm", 0.0}, {"turntable_radius_mm", 0.0}, {"max_features", FeatureOptions{}.max_features}};
   stage.run = run;
   return stage;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/world_frame.h"
 
+#include <spdlog/spdlog.h>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
@@ -15,6 +16,11 @@ constexpr double column_radius = 0.16;  // around the axis: head and trunk of a 
 constexpr double max_column_gap = 0.08;
 constexpr double max_floor_tilt = 6.0 * 0.017453292519943295;
 constexpr std::size_t min_floor_points = 60;
+// Metres; what people, and children who can stand, are.
+constexpr double least_stature = 0.3;
+constexpr double largest_stature = 2.6;
+// Standard deviation of adults' stature, both sexes together, as a share of its mean (Gordon et al., ANSUR II, 2014).
+constexpr double stature_spread = 0.055;
 // Shares of the subject's height.
 constexpr double box_half_width = 0.6;  // an A-pose spans less than the height
 constexpr double box_margin = 0.05;
@@ -86,7 +92,63 @@ std::vector<double> heights_within(const std::vector<Eigen::Vector3d>& points, d
   return heights;
 }
 
+// Of a normal distribution, from the median distance to the median.
+double robust_deviation(const std::vector<double>& values) {
+  const double middle = median(values);
+  std::vector<double> distances;
+  for (const double value : values) distances.push_back(std::abs(value - middle));
+  return 1.4826 * median(std::move(distances));
+}
+
+// Normal of a board that lies flat, in the upright frame.
+std::optional<Eigen::Vector3d> lying_board(const std::optional<PlacedBoard>& board, const Similarity& upright) {
+  if (!board) return std::nullopt;
+  const Eigen::Vector3d normal = upright.rotation * board->normal;
+  if (std::acos(std::clamp(normal.y(), -1.0, 1.0)) > max_floor_tilt) return std::nullopt;
+  return normal;
+}
+
+struct Scale {
+  double metres = 0.0;  // a unit of the model
+  double uncertainty = 0.0;
+  ScaleSource source = ScaleSource::height;
+};
+
+// height: of the subject, model; its uncertainty as a share. radii: of the cameras, model.
+Scale choose_scale(const KnownLengths& known, double height, double height_uncertainty,
+                   const std::vector<double>& radii) {
+  std::vector<Scale> measured;
+  if (known.board) measured.push_back({known.board->scale, known.board->uncertainty, ScaleSource::board});
+  if (known.turntable_radius > 0) {
+    const double radius = median(radii);
+    measured.push_back(
+        {known.turntable_radius / radius, robust_deviation(radii) / radius, ScaleSource::turntable_radius});
+  }
+  for (const Scale& scale : measured) {
+    const double stature = scale.metres * height;
+    if (stature > least_stature && stature < largest_stature) return scale;
+    spdlog::warn("the scale of the {} would make the subject {:.2f} m tall: it is not used", name_of(scale.source),
+                 stature);
+  }
+  if (!known.stature_assumed) return {known.stature / height, height_uncertainty, ScaleSource::height};
+  return {known.stature / height, std::hypot(height_uncertainty, stature_spread), ScaleSource::assumed_height};
+}
+
 }  // namespace
+
+std::string_view name_of(ScaleSource source) {
+  switch (source) {
+    case ScaleSource::board:
+      return "board";
+    case ScaleSource::turntable_radius:
+      return "turntable-radius";
+    case ScaleSource::height:
+      return "height";
+    case ScaleSource::assumed_height:
+      break;
+  }
+  return "assumed-height";
+}
 
 Eigen::Vector3d up_direction(std::span<const Pose> cam_from_world) {
   Eigen::Vector3d mean_up = Eigen::Vector3d::Zero();
@@ -162,7 +224,7 @@ std::optional<ColumnTop> column_top(std::vector<double> heights, double bottom, 
   return ColumnTop{top, top - below};
 }
 
-Result<WorldFrame> find_world(const Scene& scene, double height) {
+Result<WorldFrame> find_world(const Scene& scene, const KnownLengths& known) {
   const std::vector<Pose> poses = registered_poses(scene);
   const std::vector<Eigen::Vector3d> model_points = reliable_points(scene);
   const Error nothing_there{"no subject stands where the cameras look", "",
@@ -173,6 +235,7 @@ Result<WorldFrame> find_world(const Scene& scene, double height) {
   Eigen::Vector3d up = up_direction(poses);
   Similarity upright;
   std::vector<Eigen::Vector3d> points;
+  std::vector<double> distances;
   double radius = 0.0;
   std::optional<double> floor;
   // The second round uses the up direction that the floor of the first has given.
@@ -180,14 +243,15 @@ Result<WorldFrame> find_world(const Scene& scene, double height) {
     const auto found = upright_from_model(poses, up);
     if (!found) return tl::unexpected<Error>(nothing_there);
     upright = *found;
-    std::vector<double> distances;
+    distances.clear();
     for (const Pose& pose : poses) distances.push_back(horizontal_distance(upright * centre_of(pose)));
     radius = median(distances);
     points.clear();
     for (const Eigen::Vector3d& p : model_points) points.push_back(upright * p);
     floor = floor_level(heights_within(points, floor_reach * radius), floor_thickness * radius);
-    if (!floor || round == 1) break;
-    const auto normal = floor_normal(points, *floor, 1.5 * floor_thickness * radius, floor_reach * radius);
+    if (round == 1) break;
+    const auto normal = floor ? floor_normal(points, *floor, 1.5 * floor_thickness * radius, floor_reach * radius)
+                              : lying_board(known.board, upright);
     if (!normal) break;
     up = upright.rotation.conjugate() * *normal;
   }
@@ -203,21 +267,32 @@ Result<WorldFrame> find_world(const Scene& scene, double height) {
     const auto bottom = column_top(depths, -middle, max_column_gap * radius);
     if (!bottom) return tl::unexpected<Error>(nothing_there);
     floor = -bottom->height;
+    // A board at their level lies on the floor; higher up it may be on a table.
+    if (lying_board(known.board, upright)) {
+      const double level = (upright * known.board->centre).y();
+      frame.has_floor = std::abs(level - *floor) < max_column_gap * radius;
+      if (frame.has_floor) floor = level;
+    }
   }
   const auto top = column_top(column, *floor, max_column_gap * radius);
   if (!top || top->height - *floor < max_column_gap * radius) return tl::unexpected<Error>(nothing_there);
 
   const double model_height = top->height - *floor;
-  const double scale = height / model_height;
+  const double ends = std::hypot(top->uncertainty, 0.25 * floor_thickness * radius) / model_height;
+  const Scale scale = choose_scale(known, model_height, ends, distances);
+  frame.scale_source = scale.source;
+  frame.scale_uncertainty = scale.uncertainty;
+  const bool measured = scale.source == ScaleSource::board || scale.source == ScaleSource::turntable_radius;
+  frame.height = scale.metres * model_height;
+  frame.height_uncertainty = measured ? std::hypot(scale.uncertainty, ends) : scale.uncertainty;
+  frame.ring_radius = scale.metres * radius;
   Similarity scaled;
-  scaled.scale = scale;
-  scaled.translation = Eigen::Vector3d(0, -scale * *floor, 0);
+  scaled.scale = scale.metres;
+  scaled.translation = Eigen::Vector3d(0, -scale.metres * *floor, 0);
   frame.world_from_model = scaled * upright;
-  frame.height_uncertainty = std::hypot(top->uncertainty, 0.25 * floor_thickness * radius) / model_height;
-  frame.ring_radius = scale * radius;
-  const double half = std::min(box_half_width * height, 0.95 * frame.ring_radius);
-  frame.box = Eigen::AlignedBox3d(Eigen::Vector3d(-half, -0.5 * box_margin * height, -half),
-                                  Eigen::Vector3d(half, (1 + box_margin) * height, half));
+  const double half = std::min(box_half_width * frame.height, 0.95 * frame.ring_radius);
+  frame.box = Eigen::AlignedBox3d(Eigen::Vector3d(-half, -0.5 * box_margin * frame.height, -half),
+                                  Eigen::Vector3d(half, (1 + box_margin) * frame.height, half));
   return frame;
 }
 

@@ -4,12 +4,14 @@
 
 #include "common/geometry/pose.h"
 #include "common/result/result.h"
+#include "offload/cameras/placed_board.h"
 #include "offload/cameras/scene.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace gyre {
@@ -34,18 +36,36 @@ struct ColumnTop {
 };
 std::optional<ColumnTop> column_top(std::vector<double> heights, double bottom, double max_gap);
 
+// What is known of real lengths. The scale rests on the first of them that is there and makes the subject between 0.3
+// and 2.6 metres tall: board, turntable, stature.
+struct KnownLengths {
+  double stature = 0.0;  // of the subject, metres
+  bool stature_assumed = false;
+  double turntable_radius = 0.0;  // from the axis to the camera, horizontally, metres; 0: not known
+  std::optional<PlacedBoard> board;
+};
+
+enum class ScaleSource { board, turntable_radius, height, assumed_height };
+// "board", "turntable-radius", "height", "assumed-height".
+std::string_view name_of(ScaleSource source);
+
 struct WorldFrame {
   Similarity world_from_model;
-  Eigen::AlignedBox3d box;          // encloses the subject, world, metres
-  double ring_radius = 0.0;         // median horizontal distance of the cameras from the axis, metres
-  double height_uncertainty = 0.0;  // of the subject's height and so of the scale, as a share
+  Eigen::AlignedBox3d box;   // encloses the subject, world, metres
+  double ring_radius = 0.0;  // median horizontal distance of the cameras from the axis, metres
+  ScaleSource scale_source = ScaleSource::height;
+  double scale_uncertainty = 0.0;   // standard deviation, as a share
+  double height = 0.0;              // of the subject, metres: measured when board or turntable give the scale
+  double height_uncertainty = 0.0;  // as a share
   bool has_floor = false;
 };
 
 // World of a reconstruction (the conventions of design.md section 5, the yaw left as it is): up from the cameras, then
-// from the floor where one is seen; the vertical axis through the point of interest; the scale such that the subject,
-// which is what stands around the axis, is `height` metres tall. Error when nothing stands there.
-Result<WorldFrame> find_world(const Scene& scene, double height);
+// from the floor where one is seen, by its own points or by a board that lies at the subject's feet; the vertical axis
+// through the point of interest; the scale as KnownLengths says, where the subject is what stands around the axis. The
+// uncertainty of a stature's scale is that of the subject's ends (and for an assumed one, of people), of a turntable's
+// the robust spread of the cameras' distances. Error when nothing stands there.
+Result<WorldFrame> find_world(const Scene& scene, const KnownLengths& known);
 
 // Moves poses and points of the scene.
 void move_world(Scene& scene, const Similarity& new_from_old);

@@ -16,6 +16,8 @@ using nlohmann::json;
 constexpr const char* stage_order[] = {"cameras", "cloud", "landmarks", "masks",   "poses",
                                        "shape",   "fit",   "detail",    "texture", "avatar"};
 
+constexpr double accepted_height_error = 0.03;  // shoes, hair, posture
+
 // Null when the file is not there; a damaged one is a warning too.
 json read_object(const std::filesystem::path& file, std::vector<std::string>& warnings) {
   if (!std::filesystem::exists(file)) return {};
@@ -46,6 +48,29 @@ std::vector<StageFacts> read_stages(const Bundle& bundle, std::vector<std::strin
   return stages;
 }
 
+// What the lengths rest on, for the middle of a sentence; empty when it is not known.
+std::string scale_source_text(const json& scene) {
+  const std::string source = text_at(scene, "/scale_source");
+  if (source == "board") return "the printed board";
+  if (source == "turntable-radius") return "the turntable's radius";
+  if (source == "height") return "the height given";
+  if (source == "assumed-height") return "an assumed height";
+  return {};
+}
+
+// A stature that was measured and one that was said should agree.
+std::optional<std::string> height_warning(const ReportFacts& facts) {
+  const std::string source = text_at(facts.scene, "/scale_source");
+  if ((source != "board" && source != "turntable-radius") || !facts.scan.height_mm) return std::nullopt;
+  const double measured = number_at(facts.scene, "/height_mm", *facts.scan.height_mm);
+  const double doubt = 2 * number_at(facts.scene, "/height_uncertainty_mm", 0);
+  if (std::abs(measured - *facts.scan.height_mm) <= std::max(doubt, accepted_height_error * measured))
+    return std::nullopt;
+  return fmt::format("The height given, {:.0f} mm, and the one measured with {}, {:.0f} mm, do not agree: check {}.",
+                     *facts.scan.height_mm, scale_source_text(facts.scene), measured,
+                     source == "board" ? "that the ruler on the board is 150 mm long" : "the turntable's radius");
+}
+
 std::vector<std::string> find_warnings(const ReportFacts& facts) {
   std::vector<std::string> warnings;
   const std::size_t keyframes = facts.keyframes.size(), registered = facts.model.images.size();
@@ -59,6 +84,7 @@ std::vector<std::string> find_warnings(const ReportFacts& facts) {
     warnings.push_back(
         fmt::format("The subject's height was not given: {:.0f} mm is assumed, and all lengths depend on it.",
                     number_at(facts.scene, "/height_mm", 1700)));
+  if (const auto warning = height_warning(facts)) warnings.push_back(*warning);
   if (flag_at(facts.fit, "/template/built_in"))
     warnings.emplace_back(
         "No human template was installed: the built-in stand-in was used, which has no face rig and a coarse body.");
@@ -87,6 +113,11 @@ std::string summarise(const ReportFacts& facts) {
     text += fmt::format(" The body is {:.2f} m tall", stature / 1000);
     const double residual = number_at(facts.fit, "/residual_mm/mean", -1);
     text += residual >= 0 ? fmt::format(" and lies within {:.1f} mm of the cloud on average.", residual) : ".";
+  }
+  if (const std::string source = scale_source_text(facts.scene); !source.empty()) {
+    text += " All lengths rest on " + source;
+    const double uncertainty = number_at(facts.scene, "/scale_uncertainty", -1);
+    text += uncertainty >= 0 ? fmt::format(", to about {:.1f} %.", 100 * uncertainty) : ".";
   }
   double seconds = 0, memory = 0;
   for (const StageFacts& stage : facts.stages) {

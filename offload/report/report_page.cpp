@@ -74,6 +74,10 @@ std::string header(const ReportFacts& facts) {
   fact("Taken", scan.created);
   fact("Mode", scan.mode);
   fact("Height given", scan.height_mm ? fmt::format("{:.0f} mm", *scan.height_mm) : "no");
+  const std::string source = text_at(facts.scene, "/scale_source");
+  if (source == "board" || source == "turntable-radius")
+    fact("Height measured", fmt::format("{:.0f} \u00b1 {:.0f} mm", number_at(facts.scene, "/height_mm", 0),
+                                        number_at(facts.scene, "/height_uncertainty_mm", 0)));
   fact("Template", text_at(facts.fit, "/template/name"));
   if (facts.avatar_bytes > 0) fact("Avatar", fmt::format("{:.1f} MB", static_cast<double>(facts.avatar_bytes) / 1e6));
   html += "</p>";

@@ -133,13 +133,25 @@ TEST_F(BadInput, AFolderThatIsNoScanIsLeftAlone) {
   EXPECT_EQ(*read_file(root_ / "out" / "thesis.txt"), "precious");
 }
 
+TEST_F(BadInput, ABoardIsWrittenToAFileOnly) {
+  const auto calibrate = [](const std::string& file) {
+    return run_program("gyre-device", {"calibrate", "--board-pdf", file});
+  };
+  EXPECT_EQ(calibrate(at("board.pdf")).code, 0);
+  EXPECT_TRUE(read_file(root_ / "board.pdf")->starts_with("%PDF-"));
+  EXPECT_EQ(calibrate(at("board.pdf")).code, 0);
+  expect_one_line(calibrate(at("nowhere/board.pdf")), 1, "nowhere");
+  expect_one_line(calibrate(root_.string()), 2, "not a file");
+  EXPECT_EQ(run_program("gyre-device", {"calibrate", "--board-pdf", at("x.pdf"), "--paper", "napkin"}).code, 2);
+}
+
 TEST_F(BadInput, HelpNamesEveryOption) {
   for (const char* verb : {"serve", "reconstruct", "stage", "template", "pair", "evaluate"}) {
     const Finished f = run_program("gyre-offload", {verb, "--help"});
     EXPECT_EQ(f.code, 0) << verb;
     EXPECT_FALSE(f.out.empty()) << verb;
   }
-  for (const char* verb : {"run", "replay", "pair", "status"})
+  for (const char* verb : {"run", "replay", "pair", "status", "calibrate"})
     EXPECT_EQ(run_program("gyre-device", {verb, "--help"}).code, 0) << verb;
 }
 

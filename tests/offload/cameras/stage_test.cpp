@@ -74,13 +74,16 @@ TEST_F(StageTest, a_damaged_picture_is_named) {
   EXPECT_NE(error().find("body-000001.jpg"), std::string::npos) << error();
 }
 
-TEST_F(StageTest, a_negative_height_is_wrong_use) {
+TEST_F(StageTest, a_negative_length_is_wrong_use) {
   for (int i = 0; i < 3; ++i) add(i, noise(i + 1));
   const Stage stage = cameras_stage();
-  StageContext context{.bundle = bundle_, .out = root_ / "out", .options = {{"height_mm", -5.0}}, .threads = 1};
-  const auto result = stage.run(context);
-  ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().exit_code(), 2);
+  for (const char* length : {"height_mm", "turntable_radius_mm"}) {
+    StageContext context{.bundle = bundle_, .out = root_ / "out", .options = {{length, -5.0}}, .threads = 1};
+    const auto result = stage.run(context);
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.error().exit_code(), 2);
+    EXPECT_NE(result.error().message().find(length), std::string::npos);
+  }
 }
 
 }  // namespace

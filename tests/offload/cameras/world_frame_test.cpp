@@ -19,7 +19,7 @@ TEST(WorldFrame, of_a_ring_is_the_true_one_up_to_the_yaw) {
   const Orbit orbit = make_orbit();
   Scene scene = true_scene(orbit);
   move_world(scene, arbitrary());
-  const auto world = find_world(scene, 1.7);
+  const auto world = find_world(scene, {.stature = 1.7});
   ASSERT_TRUE(world) << world.error().message();
   EXPECT_TRUE(world->has_floor);
   const Similarity world_from_truth = world->world_from_model * arbitrary();
@@ -41,7 +41,7 @@ TEST(WorldFrame, works_without_a_floor) {
   const Orbit orbit = make_orbit(options);
   Scene scene = true_scene(orbit);
   move_world(scene, arbitrary());
-  const auto world = find_world(scene, 1.7);
+  const auto world = find_world(scene, {.stature = 1.7});
   ASSERT_TRUE(world) << world.error().message();
   EXPECT_FALSE(world->has_floor);
   EXPECT_NEAR((world->world_from_model * arbitrary()).scale, 1.0, 0.03);
@@ -51,7 +51,7 @@ TEST(WorldFrame, an_empty_room_has_no_subject) {
   OrbitOptions options;
   options.body_points = 0;
   const Orbit orbit = make_orbit(options);
-  const auto world = find_world(true_scene(orbit), 1.7);
+  const auto world = find_world(true_scene(orbit), {.stature = 1.7});
   ASSERT_FALSE(world);
   EXPECT_NE(world.error().message().find("no subject"), std::string::npos);
 }

@@ -170,6 +170,41 @@ TEST_F(Report, shows_every_part_there_is) {
   EXPECT_EQ(report["warnings"].size(), 5u);  // few keyframes, unplaced, assumed height, built-in template, feet
 }
 
+TEST_F(Report, says_in_words_what_the_scale_rests_on) {
+  add_cameras();
+  const auto summary_with = [&](const std::string& scene) {
+    EXPECT_TRUE(write_file(bundle().work("cameras") / "scene.json", scene));
+    const auto facts = collect_facts(bundle());
+    EXPECT_TRUE(facts);
+    return facts ? facts->summary : "";
+  };
+  const auto contains = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  EXPECT_TRUE(contains(summary_with(R"({"scale_source":"board","scale_uncertainty":0.0021,"height_mm":1700})"),
+                       "All lengths rest on the printed board, to about 0.2 %."));
+  EXPECT_TRUE(contains(summary_with(R"({"scale_source":"turntable-radius","scale_uncertainty":0.01})"),
+                       "rest on the turntable's radius, to about 1.0 %."));
+  EXPECT_TRUE(contains(summary_with(R"({"scale_source":"height"})"), "rest on the height given."));
+  EXPECT_TRUE(contains(summary_with(R"({"scale_source":"assumed-height"})"), "rest on an assumed height."));
+  EXPECT_FALSE(contains(summary_with(R"({"scale_source":7})"), "rest on"));
+}
+
+TEST_F(Report, a_measured_height_is_shown_and_compared_with_the_given_one) {
+  add_cameras();
+  const auto page_with = [&](double given) {
+    scan.height_mm = given;
+    EXPECT_TRUE(write_scan(bundle(), scan));
+    EXPECT_TRUE(write_file(bundle().work("cameras") / "scene.json",
+                           R"({"scale_source":"board","height_mm":1712.4,"height_uncertainty_mm":9})"));
+    return make_page();
+  };
+  const std::string agrees = page_with(1700);
+  EXPECT_EQ(first_fault(agrees), "");
+  EXPECT_NE(agrees.find("Height measured <b>1712 \u00b1 9 mm</b>"), std::string::npos);
+  EXPECT_EQ(agrees.find("do not agree"), std::string::npos);
+  EXPECT_NE(page_with(1580).find("The height given, 1580 mm, and the one measured with the printed board, 1712 mm"),
+            std::string::npos);
+}
+
 TEST_F(Report, damaged_parts_become_warnings) {
   add_cameras();
   add_stage("fit");
