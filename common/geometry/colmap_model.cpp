@@ -73,6 +73,15 @@ Result<Camera> camera_from_parameters(const std::string& type, int width, int he
 
 }  // namespace
 
+int ColmapModel::remove_images_without_points() {
+  const auto shows_points = [](const auto& item) {
+    const auto& observations = item.second.observations;
+    return std::any_of(observations.begin(), observations.end(), [](const auto& o) { return o.point_id >= 0; });
+  };
+  if (std::none_of(images.begin(), images.end(), shows_points)) return 0;
+  return static_cast<int>(std::erase_if(images, [&](const auto& item) { return !shows_points(item); }));
+}
+
 void ColmapModel::move_world(const Similarity& new_from_old) {
   for (auto& [id, image] : images) image.cam_from_world = cam_from_moved_world(image.cam_from_world, new_from_old);
   for (auto& [id, point] : points) point.position = new_from_old * point.position;

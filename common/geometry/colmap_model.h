@@ -42,6 +42,11 @@ struct ColmapModel {
   // Camera of an image; the ids must be of this model.
   const Camera& camera_of(const ModelImage& image) const { return cameras.at(image.camera_id); }
 
+  // Removes the images that show none of the points and returns how many those were: the cameras stage places pictures
+  // too blurred for features by comparing them with others, and such pictures say little about surface and colour. A
+  // model in which no image shows points stays whole.
+  int remove_images_without_points();
+
   // Moves the world: x_new = new_from_old * x_old, for points and poses alike.
   void move_world(const Similarity& new_from_old);
 };

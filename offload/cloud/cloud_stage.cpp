@@ -69,8 +69,9 @@ Result<nlohmann::json> run(const StageContext& ctx) {
   if (!std::filesystem::exists(cameras / "images.txt")) {
     return fail("there are no cameras yet", cameras.string(), "run the cameras stage first");
   }
-  const auto model = read_colmap_model(cameras);
+  auto model = read_colmap_model(cameras);
   if (!model) return tl::unexpected(model.error());
+  model->remove_images_without_points();
   const auto region = read_region(cameras / "scene.json");
   if (!region) return tl::unexpected(region.error());
   if (model->images.size() < 3) {

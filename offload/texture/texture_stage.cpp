@@ -17,8 +17,9 @@ namespace gyre {
 namespace {
 
 Result<std::vector<Photo>> load_photos(const StageContext& context) {
-  const auto model = read_colmap_model(context.bundle.work("cameras"));
+  auto model = read_colmap_model(context.bundle.work("cameras"));
   if (!model) return tl::unexpected(model.error());
+  model->remove_images_without_points();
   std::vector<Photo> photos;
   for (const auto& [id, image] : model->images) {
     const std::filesystem::path file = context.bundle.frames() / image.name;

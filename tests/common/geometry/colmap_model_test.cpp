@@ -76,5 +76,19 @@ TEST_F(ColmapModelTest, MissingFolderIsAnError) {
   EXPECT_FALSE(read_colmap_model(folder_ / "nothing"));
 }
 
+TEST(ColmapModel, ImagesWithoutPointsCanBeLeftOut) {
+  ColmapModel model = small_model();  // image 4 has no observations
+  ModelImage blurred = model.images[3];
+  for (auto& o : blurred.observations) o.point_id = -1;
+  model.images[5] = blurred;
+  EXPECT_EQ(model.remove_images_without_points(), 2);
+  ASSERT_EQ(model.images.size(), 1U);
+  EXPECT_TRUE(model.images.contains(3));
+
+  model.images[3] = blurred;
+  EXPECT_EQ(model.remove_images_without_points(), 0);
+  EXPECT_EQ(model.images.size(), 1U);
+}
+
 }  // namespace
 }  // namespace gyre
