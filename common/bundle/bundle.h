@@ -48,7 +48,9 @@ struct FrameRecord {
       0.0;  // mean flow to the next frame, pixels of the analysis image; the last frame repeats the one before
   double smoothed_motion = 0.0;
   double sharpness = 0.0;  // variance of the Laplacian of the analysis image
-  std::optional<double> exposure_s, gain, lens_position, azimuth, height_band;
+  std::optional<double> exposure_s, gain, lens_position;
+  std::optional<double> azimuth;  // of the camera around the subject, degrees from where the pass began
+  std::optional<double> height_band;
   std::string decision;  // "keyframe" or "skipped"
   std::string reason;    // a sentence
 };

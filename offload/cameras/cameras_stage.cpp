@@ -123,6 +123,24 @@ Scene scene_of(const Pictures& pictures, const std::optional<Camera>& calibrated
   return scene;
 }
 
+CaptureOrder order_of(const Bundle& bundle, const Scan& scan, const Pictures& pictures) {
+  CaptureOrder order;
+  order.pass_of = pictures.pass_of;
+  // Photographs have no frame rate, and their order need not be the order of a walk.
+  order.ordered = std::any_of(scan.passes.begin(), scan.passes.end(), [](const ScanPass& p) { return p.fps > 0; });
+  // Without a log of the frames the pictures speak for themselves.
+  const Result<std::vector<FrameRecord>> records = read_frame_log(bundle);
+  if (!records) return order;
+  std::map<std::pair<std::string, int>, const FrameRecord*> record_of;
+  for (const FrameRecord& record : *records) record_of[{record.pass, record.index}] = &record;
+  for (const FrameId& id : pictures.ids) {
+    const auto found = record_of.find({id.pass, id.index});
+    order.azimuth.push_back(found == record_of.end() ? std::nullopt : found->second->azimuth);
+    order.sharpness.push_back(found == record_of.end() ? 0.0 : found->second->sharpness);
+  }
+  return order;
+}
+
 // A calibration holds for pictures of its own size only.
 bool is_calibrated(const Pictures& pictures, const std::optional<Camera>& camera) {
   return camera && std::all_of(pictures.features.begin(), pictures.features.end(), [&](const Features& f) {
@@ -205,10 +223,8 @@ Result<json> run(const StageContext& context) {
 
   CorrespondenceOptions correspondence;
   correspondence.threads = context.threads;
-  // Photographs have no frame rate, and their order need not be the order of a walk.
-  correspondence.ordered =
-      std::any_of(scan->passes.begin(), scan->passes.end(), [](const ScanPass& p) { return p.fps > 0; });
-  std::vector<ViewPair> pairs = find_correspondences(pictures->features, pictures->pass_of, correspondence,
+  const CaptureOrder order = order_of(context.bundle, *scan, *pictures);
+  std::vector<ViewPair> pairs = find_correspondences(pictures->features, order, correspondence,
                                                      part_of(context.progress, features_end, matching_end));
   const std::size_t pair_count = pairs.size();
   ReconstructionOptions options;
@@ -225,8 +241,7 @@ Result<json> run(const StageContext& context) {
     if (picture) cv::cvtColor(*picture, grey, cv::COLOR_BGR2GRAY);
     return grey;
   };
-  if (correspondence.ordered)
-    summary->registered += static_cast<int>(place_between_neighbours(scene, grey_picture).size());
+  if (order.ordered) summary->registered += static_cast<int>(place_between_neighbours(scene, grey_picture).size());
   const std::size_t total = pictures->ids.size();
   const std::string share = std::to_string(summary->registered) + " of " + std::to_string(total);
   if (summary->registered < min_registered_share * static_cast<double>(total))

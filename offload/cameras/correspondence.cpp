@@ -12,11 +12,11 @@ constexpr std::size_t pairs_between_reports = 32;
 
 }  // namespace
 
-std::vector<ViewPair> find_correspondences(std::span<const Features> features, std::span<const int> pass_of,
+std::vector<ViewPair> find_correspondences(std::span<const Features> features, const CaptureOrder& order,
                                            const CorrespondenceOptions& options, const Progress& progress) {
   progress(0.0, "choosing pairs of pictures");
   const Eigen::MatrixXi votes = similarity_votes(features, options.pairs, options.threads);
-  const auto pairs = choose_pairs(pass_of, votes, options.ordered, options.pairs);
+  const auto pairs = choose_pairs(order, votes, options.pairs);
 
   std::vector<ViewPair> verified(pairs.size());
   for (std::size_t begin = 0; begin < pairs.size(); begin += pairs_between_reports) {

@@ -14,15 +14,14 @@
 namespace gyre {
 
 struct CorrespondenceOptions {
-  bool ordered = true;  // pictures of a pass are in order of capture
   PairOptions pairs;
   MatchOptions matching;
   VerificationOptions verification;
   int threads = 0;
 };
 
-// Verified pairs of the pictures. pass_of: per picture, which walk it belongs to.
-std::vector<ViewPair> find_correspondences(std::span<const Features> features, std::span<const int> pass_of,
+// Verified pairs of the pictures.
+std::vector<ViewPair> find_correspondences(std::span<const Features> features, const CaptureOrder& order,
                                            const CorrespondenceOptions& options, const Progress& progress);
 
 }  // namespace gyre

@@ -4,6 +4,7 @@
 #include "common/parallel/parallel.h"
 #include "offload/cameras/matching.h"
 
+#include <cmath>
 #include <set>
 
 namespace gyre {
@@ -24,14 +25,37 @@ Eigen::MatrixXi similarity_votes(std::span<const Features> features, const PairO
   return votes;
 }
 
-std::vector<std::pair<int, int>> choose_pairs(std::span<const int> pass_of, const Eigen::MatrixXi& votes, bool ordered,
+namespace {
+
+// The sharpest pictures of a picture's pass that were taken from nearly its side, but not just before or after it.
+std::vector<int> from_the_same_side(const CaptureOrder& order, int a, const PairOptions& options) {
+  const auto sharpness = [&](int i) {
+    return order.sharpness.empty() ? 0.0 : order.sharpness[static_cast<std::size_t>(i)];
+  };
+  std::vector<int> found;
+  const auto& from = order.azimuth[static_cast<std::size_t>(a)];
+  for (int b = 0; from && b < static_cast<int>(order.azimuth.size()); ++b) {
+    const auto& to = order.azimuth[static_cast<std::size_t>(b)];
+    if (!to || order.pass_of[static_cast<std::size_t>(a)] != order.pass_of[static_cast<std::size_t>(b)]) continue;
+    if (std::abs(a - b) <= options.neighbours) continue;
+    if (std::abs(std::remainder(*to - *from, 360.0)) <= options.azimuth_range) found.push_back(b);
+  }
+  std::stable_sort(found.begin(), found.end(), [&](int x, int y) { return sharpness(x) > sharpness(y); });
+  found.resize(std::min(found.size(), static_cast<std::size_t>(options.same_azimuth)));
+  return found;
+}
+
+}  // namespace
+
+std::vector<std::pair<int, int>> choose_pairs(const CaptureOrder& order, const Eigen::MatrixXi& votes,
                                               const PairOptions& options) {
+  const std::vector<int>& pass_of = order.pass_of;
   const int count = static_cast<int>(pass_of.size());
   std::set<std::pair<int, int>> pairs;
   const auto add = [&](int a, int b) {
     if (a != b && a >= 0 && b >= 0 && a < count && b < count) pairs.emplace(std::min(a, b), std::max(a, b));
   };
-  if (!ordered && count <= options.exhaustive_up_to) {
+  if (!order.ordered && count <= options.exhaustive_up_to) {
     for (int a = 0; a < count; ++a)
       for (int b = a + 1; b < count; ++b) add(a, b);
     return {pairs.begin(), pairs.end()};
@@ -58,6 +82,8 @@ std::vector<std::pair<int, int>> choose_pairs(std::span<const int> pass_of, cons
       }
     }
   }
+  for (int a = 0; a < count && !order.azimuth.empty(); ++a)
+    for (const int b : from_the_same_side(order, a, options)) add(a, b);
   return {pairs.begin(), pairs.end()};
 }
 

@@ -31,18 +31,19 @@ gyre::Result<std::vector<std::pair<std::string, std::string>>> chosen_pairs(cons
   if (!ids) return tl::unexpected<gyre::Error>(ids.error());
   std::vector<gyre::Features> features;
   std::vector<std::string> passes;
-  std::vector<int> pass_of;
+  gyre::CaptureOrder order;
+  order.ordered = ordered;
   for (const gyre::FrameId& id : *ids) {
     const auto picture = gyre::read_upright(bundle.frame(id.pass, id.index));
     if (!picture) return tl::unexpected<gyre::Error>(picture.error());
     features.push_back(gyre::detect_features(*picture, {}));
     if (passes.empty() || passes.back() != id.pass) passes.push_back(id.pass);
-    pass_of.push_back(static_cast<int>(passes.size()) - 1);
+    order.pass_of.push_back(static_cast<int>(passes.size()) - 1);
   }
   const gyre::PairOptions options;
   std::vector<std::pair<std::string, std::string>> pairs;
   const auto name = [&](int i) { return gyre::frame_name((*ids)[i].pass, (*ids)[i].index); };
-  for (const auto& [a, b] : gyre::choose_pairs(pass_of, gyre::similarity_votes(features, options, 0), ordered, options))
+  for (const auto& [a, b] : gyre::choose_pairs(order, gyre::similarity_votes(features, options, 0), options))
     pairs.emplace_back(name(a), name(b));
   return pairs;
 }
