@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/world_frame.h"
 
+#include "offload/cameras/turn_axis.h"
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
@@ -23,6 +25,14 @@ std::vector<Pose> registered_poses(const Scene& scene) {
   std::vector<Pose> poses;
   for (const View& view : scene.views)
     if (view.registered) poses.push_back(view.cam_from_world);
+  return poses;
+}
+
+// Of the views before which the subject turned.
+std::vector<Pose> turned_poses(const Scene& scene) {
+  std::vector<Pose> poses;
+  for (const View& view : scene.views)
+    if (view.registered && view.motion == Motion::turn) poses.push_back(view.cam_from_world);
   return poses;
 }
 
@@ -69,13 +79,11 @@ std::optional<Eigen::Vector3d> floor_normal(const std::vector<Eigen::Vector3d>& 
   return normal;
 }
 
-// The frame with +Y up and the axis through the origin, unit and height as in the model.
-std::optional<Similarity> upright_from_model(std::span<const Pose> poses, const Eigen::Vector3d& up) {
-  const auto centre = point_of_interest(poses);
-  if (!centre) return std::nullopt;
+// The frame with +Y up and the axis through `centre`, unit and height as in the model.
+Similarity upright_from_model(const Eigen::Vector3d& centre, const Eigen::Vector3d& up) {
   Similarity upright;
   upright.rotation = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitY());
-  upright.translation = -(upright.rotation * *centre);
+  upright.translation = -(upright.rotation * centre);
   return upright;
 }
 
@@ -163,30 +171,33 @@ std::optional<ColumnTop> column_top(std::vector<double> heights, double bottom, 
 }
 
 Result<WorldFrame> find_world(const Scene& scene, double height) {
-  const std::vector<Pose> poses = registered_poses(scene);
+  const std::vector<Pose> turned = turned_poses(scene);
+  const std::optional<TurnAxis> turn = turn_axis(turned);
+  const std::vector<Pose> poses = turn ? turned : registered_poses(scene);
   const std::vector<Eigen::Vector3d> model_points = reliable_points(scene);
   const Error nothing_there{"no subject stands where the cameras look", "",
                             "keep the subject in the middle of every picture and walk around it"};
   if (poses.size() < 3 || model_points.empty()) return tl::unexpected<Error>(nothing_there);
+  const auto centre = turn ? turn->point : point_of_interest(poses);
+  if (!centre) return tl::unexpected<Error>(nothing_there);
 
   WorldFrame frame;
-  Eigen::Vector3d up = up_direction(poses);
+  Eigen::Vector3d up = turn ? turn->direction : up_direction(poses);
   Similarity upright;
   std::vector<Eigen::Vector3d> points;
   double radius = 0.0;
   std::optional<double> floor;
   // The second round uses the up direction that the floor of the first has given.
   for (int round = 0; round < 2; ++round) {
-    const auto found = upright_from_model(poses, up);
-    if (!found) return tl::unexpected<Error>(nothing_there);
-    upright = *found;
+    upright = upright_from_model(*centre, up);
     std::vector<double> distances;
     for (const Pose& pose : poses) distances.push_back(horizontal_distance(upright * centre_of(pose)));
     radius = median(distances);
     points.clear();
     for (const Eigen::Vector3d& p : model_points) points.push_back(upright * p);
     floor = floor_level(heights_within(points, floor_reach * radius), floor_thickness * radius);
-    if (!floor || round == 1) break;
+    // What turns with the subject is no floor of the room but a platter, too small to tell up better than the axis.
+    if (!floor || turn || round == 1) break;
     const auto normal = floor_normal(points, *floor, 1.5 * floor_thickness * radius, floor_reach * radius);
     if (!normal) break;
     up = upright.rotation.conjugate() * *normal;
