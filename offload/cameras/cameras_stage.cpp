@@ -23,6 +23,7 @@ constexpr std::size_t min_pictures = 3;
 constexpr std::size_t min_keypoints = 50;     // of the median picture
 constexpr double min_registered_share = 0.5;  // fewer are not one model but a fragment
 constexpr double wanted_registered_share = 0.9;
+constexpr double subject_contrast = 0.5;    // of weaker features that are asked for when the subject is all there is
 constexpr double most_more_features = 4.0;  // times as many where a still background takes most of them
 
 // Shares of the stage's time after which a step ends, for progress.
@@ -124,6 +125,7 @@ Result<void> drop_background(Pictures& pictures, const StageContext& context, Fe
   // The strongest features are now those of the room and the subject together: the subject is given its own share.
   options.max_features =
       static_cast<int>(options.max_features * std::min(all / std::max(moving, 1.0), most_more_features));
+  options.contrast_threshold *= subject_contrast;
   if (const auto found = find_features(pictures, turned, context, options, progress); !found) return found;
   pictures.background = find_static_background(pictures.features, pictures.pass_of, {}, context.threads);
   for (const std::size_t i : turned)

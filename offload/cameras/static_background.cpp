@@ -110,6 +110,31 @@ std::vector<std::size_t> others_of(const std::vector<std::size_t>& members, std:
   return spread;
 }
 
+// Per keypoint: 1 when a still one lies within its surroundings. There the outline of the subject has been found
+// against the background: it glides over the subject, and looks alike from the front and from the back.
+std::vector<char> touches_still(const Features& features, const std::vector<char>& still,
+                                const StillnessOptions& options) {
+  std::map<std::pair<int, int>, std::vector<std::size_t>> still_in;  // cells of the picture
+  const auto cell = [](double pixel) { return static_cast<int>(std::floor(pixel / cell_size)); };
+  for (std::size_t k = 0; k < still.size(); ++k)
+    if (still[k] != 0) still_in[{cell(features.keypoints[k].x()), cell(features.keypoints[k].y())}].push_back(k);
+  std::vector<char> touches = still;
+  for (std::size_t k = 0; k < still.size(); ++k) {
+    if (still[k] != 0) continue;
+    const Eigen::Vector2d& p = features.keypoints[k];
+    const double reach = options.surroundings * features.sizes[k];
+    for (int r = cell(p.y() - reach); r <= cell(p.y() + reach); ++r) {
+      for (int c = cell(p.x() - reach); c <= cell(p.x() + reach); ++c) {
+        const auto found = still_in.find({c, r});
+        if (found == still_in.end()) continue;
+        for (const std::size_t other : found->second)
+          if ((features.keypoints[other] - p).norm() <= reach) touches[k] = 1;
+      }
+    }
+  }
+  return touches;
+}
+
 bool has_background(const Features& features, const std::vector<char>& still, const StillnessOptions& options) {
   std::set<std::pair<int, int>> cells;
   int count = 0;
@@ -166,6 +191,7 @@ StaticBackground find_static_background(std::span<const Features> features, std:
           std::max<double>(options.min_pictures, options.min_share * static_cast<double>(others.size()));
       for (std::size_t k = 0; k < found.size(); ++k) background.still[a][k] = found[k] >= needed ? 1 : 0;
       seen[m] = has_background(of_a, background.still[a], options) ? 1 : 0;
+      background.still[a] = touches_still(of_a, background.still[a], options);
     });
     if (2 * static_cast<std::size_t>(std::count(seen.begin(), seen.end(), 1)) > members.size())
       for (const std::size_t i : members) background.motion[i] = Motion::turn;

@@ -19,6 +19,7 @@ struct StillnessOptions {
   double max_distance = 0.6;  // of unit descriptors
   double min_share = 0.3;     // of the other pictures of the pass that show a still keypoint too
   int min_pictures = 3;       // and at least this many of them
+  double surroundings = 4.0;  // of a keypoint, in standard deviations of its Gaussian, in which no still one may lie
   int compared = 40;          // others a picture is compared with, at most, evenly spread over the pass
   int min_keypoints = 20;     // still ones for a picture to have a background
   int min_cells = 6;          // of a 12 x 12 grid over the picture that they lie in: a burned-in date is no room
@@ -28,7 +29,7 @@ struct StillnessOptions {
 struct StaticBackground {
   std::vector<Motion> motion;
   std::vector<Eigen::Vector2d> shift;    // of the background against its mean place, pixels
-  std::vector<std::vector<char>> still;  // per keypoint: 1 when it belongs to the background
+  std::vector<std::vector<char>> still;  // per keypoint: 1 when it is, or touches, background
 };
 
 // A keypoint is still when many pictures of its pass have one at the same pixel that looks the same: all that turns
