@@ -12,8 +12,10 @@ namespace {
 
 // Lengths below are shares of the ring's radius, the only length known before the scale is.
 constexpr double floor_thickness = 0.012;
-constexpr double floor_reach = 0.9;     // points farther out may belong to walls and furniture
-constexpr double column_radius = 0.16;  // around the axis: head and trunk of a person the ring was walked around
+constexpr double floor_spread = 0.144;   // of points that tell the normal of a floor, or they leave it to a guess
+constexpr double platter_spread = 0.05;  // more than that of two feet
+constexpr double floor_reach = 0.9;      // points farther out may belong to walls and furniture
+constexpr double column_radius = 0.16;   // around the axis: head and trunk of a person the ring was walked around
 constexpr double max_column_gap = 0.08;
 constexpr double max_floor_tilt = 6.0 * 0.017453292519943295;
 constexpr std::size_t min_floor_points = 60;
@@ -54,9 +56,10 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// Least-squares normal, pointing up, of points near a level; nothing when they do not fix one.
+// Least-squares normal, pointing up, of points near a level; nothing when they do not fix one: they must spread by
+// `min_spread`, a standard deviation, in both directions of the plane.
 std::optional<Eigen::Vector3d> floor_normal(const std::vector<Eigen::Vector3d>& points, double level, double thickness,
-                                            double reach) {
+                                            double reach, double min_spread) {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitY();
   Eigen::Vector3d on_plane(0, level, 0);
   for (int step = 0; step < 5; ++step) {
@@ -69,8 +72,7 @@ std::optional<Eigen::Vector3d> floor_normal(const std::vector<Eigen::Vector3d>& 
     Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
     for (const Eigen::Vector3d& p : near) scatter += (p - mean) * (p - mean).transpose();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter / static_cast<double>(near.size()));
-    // The points must spread in both directions of the plane, or their normal is a guess.
-    if (std::sqrt(eigen.eigenvalues()[1]) < 8 * thickness) return std::nullopt;
+    if (std::sqrt(eigen.eigenvalues()[1]) < min_spread) return std::nullopt;
     normal = eigen.eigenvectors().col(0);
     if (normal.y() < 0) normal = -normal;
     on_plane = mean;
@@ -196,9 +198,15 @@ Result<WorldFrame> find_world(const Scene& scene, double height) {
     points.clear();
     for (const Eigen::Vector3d& p : model_points) points.push_back(upright * p);
     floor = floor_level(heights_within(points, floor_reach * radius), floor_thickness * radius);
-    // What turns with the subject is no floor of the room but a platter, too small to tell up better than the axis.
-    if (!floor || turn || round == 1) break;
-    const auto normal = floor_normal(points, *floor, 1.5 * floor_thickness * radius, floor_reach * radius);
+    if (!floor || round == 1) break;
+    const auto normal = floor_normal(points, *floor, 1.5 * floor_thickness * radius, floor_reach * radius,
+                                     (turn ? platter_spread : floor_spread) * radius);
+    if (turn) {
+      // The room's floor does not turn with the subject. What does is a platter, which tells up less well than the
+      // axis, or else only the subject's own feet.
+      if (!normal) floor.reset();
+      break;
+    }
     if (!normal) break;
     up = upright.rotation.conjugate() * *normal;
   }
@@ -206,6 +214,7 @@ Result<WorldFrame> find_world(const Scene& scene, double height) {
   std::vector<double> column = heights_within(points, column_radius * radius);
   if (column.size() < 20) return tl::unexpected<Error>(nothing_there);
   frame.has_floor = floor.has_value();
+  double bottom_uncertainty = 0.25 * floor_thickness * radius;
   if (!floor) {
     // Nothing to stand on is seen: the subject's own lowest points, found as its highest are.
     const double middle = median(column);
@@ -214,6 +223,7 @@ Result<WorldFrame> find_world(const Scene& scene, double height) {
     const auto bottom = column_top(depths, -middle, max_column_gap * radius);
     if (!bottom) return tl::unexpected<Error>(nothing_there);
     floor = -bottom->height;
+    bottom_uncertainty = bottom->uncertainty;
   }
   const auto top = column_top(column, *floor, max_column_gap * radius);
   if (!top || top->height - *floor < max_column_gap * radius) return tl::unexpected<Error>(nothing_there);
@@ -224,7 +234,7 @@ Result<WorldFrame> find_world(const Scene& scene, double height) {
   scaled.scale = scale;
   scaled.translation = Eigen::Vector3d(0, -scale * *floor, 0);
   frame.world_from_model = scaled * upright;
-  frame.height_uncertainty = std::hypot(top->uncertainty, 0.25 * floor_thickness * radius) / model_height;
+  frame.height_uncertainty = std::hypot(top->uncertainty, bottom_uncertainty) / model_height;
   frame.ring_radius = scale * radius;
   const double half = std::min(box_half_width * height, 0.95 * frame.ring_radius);
   frame.box = Eigen::AlignedBox3d(Eigen::Vector3d(-half, -0.5 * box_margin * height, -half),
