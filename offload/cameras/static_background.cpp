@@ -161,7 +161,8 @@ StaticBackground find_static_background(std::span<const Features> features, std:
 
   std::vector<std::optional<PlaceIndex>> indices(features.size());
   parallel_for(features.size(), threads, [&](std::size_t i) { indices[i].emplace(features[i]); });
-  for (const auto& [pass, members] : passes) {
+  for (const auto& entry : passes) {
+    const std::vector<std::size_t>& members = entry.second;
     const std::size_t reference = *std::max_element(members.begin(), members.end(), [&](std::size_t a, std::size_t b) {
       return features[a].keypoints.size() < features[b].keypoints.size();
     });

@@ -43,8 +43,10 @@ struct WorldFrame {
 };
 
 // World of a reconstruction (the conventions of design.md section 5, the yaw left as it is): up from the cameras, then
-// from the floor where one is seen; the vertical axis through the point of interest; the scale such that the subject,
-// which is what stands around the axis, is `height` metres tall. Error when nothing stands there.
+// from the floor where one is seen; the vertical axis through the point of interest. Where views are of a turn, both
+// are those of the axis the subject turned about, and the feet are the floor, as the room's does not turn. The scale is
+// such that the subject, which is what stands around the axis, is `height` metres tall. Error when nothing stands
+// there.
 Result<WorldFrame> find_world(const Scene& scene, double height);
 
 // Moves poses and points of the scene.
