@@ -24,9 +24,12 @@ constexpr std::size_t min_pictures = 3;
 constexpr std::size_t min_keypoints = 50;     // of the median picture
 constexpr double min_registered_share = 0.5;  // fewer are not one model but a fragment
 constexpr double wanted_registered_share = 0.9;
+constexpr double subject_contrast = 0.5;    // of weaker features that are asked for when the subject is all there is
+constexpr double most_more_features = 4.0;  // times as many where a still background takes most of them
 
 // Shares of the stage's time after which a step ends, for progress.
 constexpr double features_end = 0.2;
+constexpr double background_end = 0.25;
 constexpr double matching_end = 0.55;
 constexpr double reconstruction_end = 0.97;
 
@@ -40,7 +43,31 @@ struct Pictures {
   std::vector<std::vector<BoardCorner>> boards;
   std::vector<int> pass_of;  // index into `passes`
   std::vector<std::string> passes;
+  StaticBackground background;
 };
+
+// Fills in the features of the given pictures.
+Result<void> find_features(Pictures& pictures, const std::vector<std::size_t>& which, const StageContext& context,
+                           const FeatureOptions& options, const Progress& progress) {
+  const std::size_t count = which.size(), at_once = 8;
+  std::vector<std::optional<Error>> errors(count);
+  for (std::size_t begin = 0; begin < count; begin += at_once) {
+    progress(static_cast<double>(begin) / static_cast<double>(count), "finding features");
+    parallel_for(std::min(at_once, count - begin), context.threads, [&](std::size_t k) {
+      const FrameId& id = pictures.ids[which[begin + k]];
+      const Result<cv::Mat> picture = read_upright(context.bundle.frame(id.pass, id.index));
+      if (picture) {
+        pictures.features[which[begin + k]] = detect_features(*picture, options);
+        pictures.boards[which[begin + k]] = find_board(*picture);
+      } else {
+        errors[begin + k] = picture.error();
+      }
+    });
+  }
+  for (const auto& error : errors)
+    if (error) return tl::unexpected<Error>(*error);
+  return {};
+}
 
 Result<Pictures> read_pictures(const StageContext& context, const FeatureOptions& options, const Progress& progress) {
   Result<std::vector<FrameId>> ids = list_frames(context.bundle);
@@ -53,24 +80,11 @@ Result<Pictures> read_pictures(const StageContext& context, const FeatureOptions
                 "record at least one full walk around the subject");
   pictures.features.resize(count);
   pictures.boards.resize(count);
-  std::vector<std::optional<Error>> errors(count);
-  const std::size_t at_once = 8;
-  for (std::size_t begin = 0; begin < count; begin += at_once) {
-    progress(static_cast<double>(begin) / static_cast<double>(count), "finding features");
-    parallel_for(std::min(at_once, count - begin), context.threads, [&](std::size_t k) {
-      const std::size_t i = begin + k;
-      const FrameId& id = pictures.ids[i];
-      const Result<cv::Mat> picture = read_upright(context.bundle.frame(id.pass, id.index));
-      if (picture) {
-        pictures.features[i] = detect_features(*picture, options);
-        pictures.boards[i] = find_board(*picture);
-      } else {
-        errors[i] = picture.error();
-      }
-    });
-  }
+  std::vector<std::size_t> all(count);
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  if (const auto found = find_features(pictures, all, context, options, progress); !found)
+    return tl::unexpected<Error>(found.error());
   for (std::size_t i = 0; i < count; ++i) {
-    if (errors[i]) return tl::unexpected<Error>(*errors[i]);
     const std::string& pass = pictures.ids[i].pass;
     auto known = std::find(pictures.passes.begin(), pictures.passes.end(), pass);
     if (known == pictures.passes.end()) known = pictures.passes.insert(known, pass);
@@ -98,6 +112,31 @@ Result<void> check(const Pictures& pictures) {
   return {};
 }
 
+// Tells turns from orbits, and leaves only features that turn with the subject in the pictures of a turn.
+Result<void> drop_background(Pictures& pictures, const StageContext& context, FeatureOptions options,
+                             const Progress& progress) {
+  pictures.background = find_static_background(pictures.features, pictures.pass_of, {}, context.threads);
+  std::vector<std::size_t> turned;
+  double all = 0.0, moving = 0.0;
+  for (std::size_t i = 0; i < pictures.ids.size(); ++i) {
+    if (pictures.background.motion[i] != Motion::turn) continue;
+    turned.push_back(i);
+    const std::vector<char>& still = pictures.background.still[i];
+    all += static_cast<double>(still.size());
+    moving += static_cast<double>(std::count(still.begin(), still.end(), 0));
+  }
+  if (turned.empty()) return {};
+  // The strongest features are now those of the room and the subject together: the subject is given its own share.
+  options.max_features =
+      static_cast<int>(options.max_features * std::min(all / std::max(moving, 1.0), most_more_features));
+  options.contrast_threshold *= subject_contrast;
+  if (const auto found = find_features(pictures, turned, context, options, progress); !found) return found;
+  pictures.background = find_static_background(pictures.features, pictures.pass_of, {}, context.threads);
+  for (const std::size_t i : turned)
+    pictures.features[i] = without_still(pictures.features[i], pictures.background.still[i]);
+  return {};
+}
+
 // Pictures of equal size share a camera: the passes were taken with one device.
 Scene scene_of(const Pictures& pictures, const std::optional<Camera>& calibrated) {
   Scene scene;
@@ -107,6 +146,7 @@ Scene scene_of(const Pictures& pictures, const std::optional<Camera>& calibrated
     View view;
     view.pass = pictures.pass_of[i];
     view.order = next_order[static_cast<std::size_t>(view.pass)]++;
+    view.motion = pictures.background.motion[i];
     view.keypoints = features.keypoints;
     const auto same_size = std::find_if(scene.cameras.begin(), scene.cameras.end(), [&](const Camera& c) {
       return c.width == features.width && c.height == features.height;
@@ -217,15 +257,19 @@ Result<json> run(const StageContext& context) {
   if (!known) return tl::unexpected<Error>(known.error());
   FeatureOptions feature_options;
   feature_options.max_features = context.options.value("max_features", feature_options.max_features);
-  const Result<Pictures> pictures = read_pictures(context, feature_options, part_of(context.progress, 0, features_end));
+  Result<Pictures> pictures = read_pictures(context, feature_options, part_of(context.progress, 0, features_end));
   if (!pictures) return tl::unexpected<Error>(pictures.error());
   if (const Result<void> fine = check(*pictures); !fine) return tl::unexpected<Error>(fine.error());
+  if (const Result<void> done =
+          drop_background(*pictures, context, feature_options, part_of(context.progress, features_end, background_end));
+      !done)
+    return tl::unexpected<Error>(done.error());
 
   CorrespondenceOptions correspondence;
   correspondence.threads = context.threads;
   const CaptureOrder order = order_of(context.bundle, *scan, *pictures);
-  std::vector<ViewPair> pairs = find_correspondences(pictures->features, order, correspondence,
-                                                     part_of(context.progress, features_end, matching_end));
+  std::vector<ViewPair> pairs = find_correspondences(pictures->features, order, pictures->background, correspondence,
+                                                     part_of(context.progress, background_end, matching_end));
   const std::size_t pair_count = pairs.size();
   ReconstructionOptions options;
   options.threads = context.threads;
@@ -260,11 +304,15 @@ Result<json> run(const StageContext& context) {
                  assumed_height_mm);
   move_world(scene, world->world_from_model);
   const auto corner = [](const Eigen::Vector3d& v) { return json::array({v.x(), v.y(), v.z()}); };
+  const std::vector<Motion>& motions = pictures->background.motion;
+  const std::string motion =
+      std::find(motions.begin(), motions.end(), Motion::turn) == motions.end() ? "orbit" : "turn";
   const json scene_file = {{"scale_source", name_of(world->scale_source)},
                            {"scale_uncertainty", world->scale_uncertainty},
                            {"height_mm", 1000 * world->height},
                            {"height_uncertainty_mm", 1000 * world->height * world->height_uncertainty},
                            {"board_views", known->board ? known->board->views : 0},
+                           {"motion", motion},
                            {"registered", summary->registered},
                            {"total", total},
                            {"floor_seen", world->has_floor},
@@ -275,7 +323,8 @@ Result<json> run(const StageContext& context) {
     return tl::unexpected<Error>(written.error());
   if (const auto written = write_file(context.out / "scene.json", scene_file.dump(2)); !written)
     return tl::unexpected<Error>(written.error());
-  return json{{"registered", summary->registered},
+  return json{{"motion", motion},
+              {"registered", summary->registered},
               {"total", total},
               {"pairs", pair_count},
               {"rejected_pairs", summary->removed_pairs},
@@ -290,8 +339,8 @@ Result<json> run(const StageContext& context) {
 Stage cameras_stage() {
   Stage stage;
   stage.name = "cameras";
-  stage.inputs = {"scan.json", "frames"};
   stage.version = 2;
+  stage.inputs = {"scan.json", "frames"};
   stage.options = {{"height_mm", 0.0}, {"turntable_radius_mm", 0.0}, {"max_features", FeatureOptions{}.max_features}};
   stage.run = run;
   return stage;

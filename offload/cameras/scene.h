@@ -5,6 +5,7 @@
 #include "common/geometry/camera.h"
 #include "common/geometry/pose.h"
 #include "offload/cameras/matching.h"
+#include "offload/cameras/motion.h"
 
 #include <Eigen/Core>
 #include <limits>
@@ -18,6 +19,7 @@ struct View {
   int camera = 0;  // index into Scene::cameras
   int pass = 0;    // which walk around the subject
   int order = 0;   // place in that walk
+  Motion motion = Motion::orbit;
   std::vector<Eigen::Vector2d> keypoints;
   std::vector<double> sizes;                // standard deviation of the keypoint's Gaussian, pixels
   std::vector<int> track_of;                // per keypoint; -1: none

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/world_frame.h"
 
+#include "offload/cameras/turn_axis.h"
+
 #include <spdlog/spdlog.h>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -11,8 +13,10 @@ namespace {
 
 // Lengths below are shares of the ring's radius, the only length known before the scale is.
 constexpr double floor_thickness = 0.012;
-constexpr double floor_reach = 0.9;     // points farther out may belong to walls and furniture
-constexpr double column_radius = 0.16;  // around the axis: head and trunk of a person the ring was walked around
+constexpr double floor_spread = 0.144;   // of points that tell the normal of a floor, or they leave it to a guess
+constexpr double platter_spread = 0.05;  // more than that of two feet
+constexpr double floor_reach = 0.9;      // points farther out may belong to walls and furniture
+constexpr double column_radius = 0.16;   // around the axis: head and trunk of a person the ring was walked around
 constexpr double max_column_gap = 0.08;
 constexpr double max_floor_tilt = 6.0 * 0.017453292519943295;
 constexpr std::size_t min_floor_points = 60;
@@ -29,6 +33,14 @@ std::vector<Pose> registered_poses(const Scene& scene) {
   std::vector<Pose> poses;
   for (const View& view : scene.views)
     if (view.registered) poses.push_back(view.cam_from_world);
+  return poses;
+}
+
+// Of the views before which the subject turned.
+std::vector<Pose> turned_poses(const Scene& scene) {
+  std::vector<Pose> poses;
+  for (const View& view : scene.views)
+    if (view.registered && view.motion == Motion::turn) poses.push_back(view.cam_from_world);
   return poses;
 }
 
@@ -50,9 +62,10 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// Least-squares normal, pointing up, of points near a level; nothing when they do not fix one.
+// Least-squares normal, pointing up, of points near a level; nothing when they do not fix one: they must spread by
+// `min_spread`, a standard deviation, in both directions of the plane.
 std::optional<Eigen::Vector3d> floor_normal(const std::vector<Eigen::Vector3d>& points, double level, double thickness,
-                                            double reach) {
+                                            double reach, double min_spread) {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitY();
   Eigen::Vector3d on_plane(0, level, 0);
   for (int step = 0; step < 5; ++step) {
@@ -65,8 +78,7 @@ std::optional<Eigen::Vector3d> floor_normal(const std::vector<Eigen::Vector3d>& 
     Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
     for (const Eigen::Vector3d& p : near) scatter += (p - mean) * (p - mean).transpose();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter / static_cast<double>(near.size()));
-    // The points must spread in both directions of the plane, or their normal is a guess.
-    if (std::sqrt(eigen.eigenvalues()[1]) < 8 * thickness) return std::nullopt;
+    if (std::sqrt(eigen.eigenvalues()[1]) < min_spread) return std::nullopt;
     normal = eigen.eigenvectors().col(0);
     if (normal.y() < 0) normal = -normal;
     on_plane = mean;
@@ -75,13 +87,11 @@ std::optional<Eigen::Vector3d> floor_normal(const std::vector<Eigen::Vector3d>& 
   return normal;
 }
 
-// The frame with +Y up and the axis through the origin, unit and height as in the model.
-std::optional<Similarity> upright_from_model(std::span<const Pose> poses, const Eigen::Vector3d& up) {
-  const auto centre = point_of_interest(poses);
-  if (!centre) return std::nullopt;
+// The frame with +Y up and the axis through `centre`, unit and height as in the model.
+Similarity upright_from_model(const Eigen::Vector3d& centre, const Eigen::Vector3d& up) {
   Similarity upright;
   upright.rotation = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitY());
-  upright.translation = -(upright.rotation * *centre);
+  upright.translation = -(upright.rotation * centre);
   return upright;
 }
 
@@ -225,60 +235,74 @@ std::optional<ColumnTop> column_top(std::vector<double> heights, double bottom, 
 }
 
 Result<WorldFrame> find_world(const Scene& scene, const KnownLengths& known) {
-  const std::vector<Pose> poses = registered_poses(scene);
+  const std::vector<Pose> turned = turned_poses(scene);
+  const std::optional<TurnAxis> turn = turn_axis(turned);
+  const std::vector<Pose> poses = turn ? turned : registered_poses(scene);
   const std::vector<Eigen::Vector3d> model_points = reliable_points(scene);
   const Error nothing_there{"no subject stands where the cameras look", "",
                             "keep the subject in the middle of every picture and walk around it"};
   if (poses.size() < 3 || model_points.empty()) return tl::unexpected<Error>(nothing_there);
+  const auto centre = turn ? turn->point : point_of_interest(poses);
+  if (!centre) return tl::unexpected<Error>(nothing_there);
 
   WorldFrame frame;
-  Eigen::Vector3d up = up_direction(poses);
+  Eigen::Vector3d up = turn ? turn->direction : up_direction(poses);
   Similarity upright;
   std::vector<Eigen::Vector3d> points;
   std::vector<double> distances;
   double radius = 0.0;
-  std::optional<double> floor;
+  bool has_floor = false;
+  double ground = 0.0;
   // The second round uses the up direction that the floor of the first has given.
   for (int round = 0; round < 2; ++round) {
-    const auto found = upright_from_model(poses, up);
-    if (!found) return tl::unexpected<Error>(nothing_there);
-    upright = *found;
+    upright = upright_from_model(*centre, up);
     distances.clear();
     for (const Pose& pose : poses) distances.push_back(horizontal_distance(upright * centre_of(pose)));
     radius = median(distances);
     points.clear();
     for (const Eigen::Vector3d& p : model_points) points.push_back(upright * p);
-    floor = floor_level(heights_within(points, floor_reach * radius), floor_thickness * radius);
+    const auto floor = floor_level(heights_within(points, floor_reach * radius), floor_thickness * radius);
+    has_floor = floor.has_value();
+    if (floor) ground = *floor;
     if (round == 1) break;
-    const auto normal = floor ? floor_normal(points, *floor, 1.5 * floor_thickness * radius, floor_reach * radius)
+    const auto normal = floor ? floor_normal(points, *floor, 1.5 * floor_thickness * radius, floor_reach * radius,
+                                             (turn ? platter_spread : floor_spread) * radius)
                               : lying_board(known.board, upright);
+    if (turn) {
+      // The room's floor does not turn with the subject. What does is a platter, which tells up less well than the
+      // axis, or else only the subject's own feet.
+      has_floor = has_floor && normal;
+      break;
+    }
     if (!normal) break;
     up = upright.rotation.conjugate() * *normal;
   }
 
   std::vector<double> column = heights_within(points, column_radius * radius);
   if (column.size() < 20) return tl::unexpected<Error>(nothing_there);
-  frame.has_floor = floor.has_value();
-  if (!floor) {
+  frame.has_floor = has_floor;
+  double bottom_uncertainty = 0.25 * floor_thickness * radius;
+  if (!has_floor) {
     // Nothing to stand on is seen: the subject's own lowest points, found as its highest are.
     const double middle = median(column);
     std::vector<double> depths;
     for (const double h : column) depths.push_back(-h);
     const auto bottom = column_top(depths, -middle, max_column_gap * radius);
     if (!bottom) return tl::unexpected<Error>(nothing_there);
-    floor = -bottom->height;
+    ground = -bottom->height;
+    bottom_uncertainty = bottom->uncertainty;
     // A board at their level lies on the floor; higher up it may be on a table.
     if (lying_board(known.board, upright)) {
       const double level = (upright * known.board->centre).y();
-      frame.has_floor = std::abs(level - *floor) < max_column_gap * radius;
-      if (frame.has_floor) floor = level;
+      frame.has_floor = std::abs(level - ground) < max_column_gap * radius;
+      if (frame.has_floor) ground = level;
     }
   }
-  const auto top = column_top(column, *floor, max_column_gap * radius);
-  if (!top || top->height - *floor < max_column_gap * radius) return tl::unexpected<Error>(nothing_there);
+  const auto top = column_top(column, ground, max_column_gap * radius);
+  if (!top || top->height - ground < max_column_gap * radius) return tl::unexpected<Error>(nothing_there);
 
-  const double model_height = top->height - *floor;
-  const double ends = std::hypot(top->uncertainty, 0.25 * floor_thickness * radius) / model_height;
+  const double model_height = top->height - ground;
+  const double ends = std::hypot(top->uncertainty, bottom_uncertainty) / model_height;
   const Scale scale = choose_scale(known, model_height, ends, distances);
   frame.scale_source = scale.source;
   frame.scale_uncertainty = scale.uncertainty;
@@ -288,7 +312,7 @@ Result<WorldFrame> find_world(const Scene& scene, const KnownLengths& known) {
   frame.ring_radius = scale.metres * radius;
   Similarity scaled;
   scaled.scale = scale.metres;
-  scaled.translation = Eigen::Vector3d(0, -scale.metres * *floor, 0);
+  scaled.translation = Eigen::Vector3d(0, -scale.metres * ground, 0);
   frame.world_from_model = scaled * upright;
   const double half = std::min(box_half_width * frame.height, 0.95 * frame.ring_radius);
   frame.box = Eigen::AlignedBox3d(Eigen::Vector3d(-half, -0.5 * box_margin * frame.height, -half),

@@ -62,9 +62,10 @@ struct WorldFrame {
 
 // World of a reconstruction (the conventions of design.md section 5, the yaw left as it is): up from the cameras, then
 // from the floor where one is seen, by its own points or by a board that lies at the subject's feet; the vertical axis
-// through the point of interest; the scale as KnownLengths says, where the subject is what stands around the axis. The
-// uncertainty of a stature's scale is that of the subject's ends (and for an assumed one, of people), of a turntable's
-// the robust spread of the cameras' distances. Error when nothing stands there.
+// through the point of interest. Where views are of a turn, both are those of the axis the subject turned about, and
+// the feet are the floor, as the room's does not turn. The scale is as KnownLengths says, where the subject is what
+// stands around the axis. The uncertainty of a stature's scale is that of the subject's ends (and for an assumed one,
+// of people), of a turntable's the robust spread of the cameras' distances. Error when nothing stands there.
 Result<WorldFrame> find_world(const Scene& scene, const KnownLengths& known);
 
 // Moves poses and points of the scene.

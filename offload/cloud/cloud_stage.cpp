@@ -12,13 +12,19 @@
 namespace gyre {
 namespace {
 
-Result<SubjectRegion> read_region(const std::filesystem::path& file) {
+struct SceneFacts {
+  SubjectRegion region;
+  bool turn = false;  // the camera was fixed
+};
+
+Result<SceneFacts> read_scene(const std::filesystem::path& file) {
   const auto text = read_file(file);
   if (!text) return tl::unexpected(text.error());
   const nlohmann::json scene = nlohmann::json::parse(*text, nullptr, false);
   const std::string remedy = "run the cameras stage again";
   try {
-    SubjectRegion region;
+    SceneFacts facts;
+    SubjectRegion& region = facts.region;
     for (int axis = 0; axis < 3; ++axis) {
       region.min[axis] = scene.at("box").at("min").at(axis).get<double>();
       region.max[axis] = scene.at("box").at("max").at(axis).get<double>();
@@ -26,7 +32,8 @@ Result<SubjectRegion> read_region(const std::filesystem::path& file) {
     // Comparisons with NaN are false, so this refuses it too.
     if (!(region.min.array() < region.max.array()).all())
       return fail("the subject's box is empty", file.string(), remedy);
-    return region;
+    facts.turn = scene.value("motion", "orbit") == "turn";
+    return facts;
   } catch (const nlohmann::json::exception&) {
     return fail("no box of the subject in the scene", file.string(), remedy);
   }
@@ -63,7 +70,7 @@ nlohmann::json facts_of(const DenseCloud& dense, std::size_t views) {
 }
 
 Result<nlohmann::json> run(const StageContext& ctx) {
-  const auto options = read_options(ctx);
+  auto options = read_options(ctx);
   if (!options) return tl::unexpected(options.error());
   const std::filesystem::path cameras = ctx.bundle.work("cameras");
   if (!std::filesystem::exists(cameras / "images.txt")) {
@@ -72,8 +79,9 @@ Result<nlohmann::json> run(const StageContext& ctx) {
   auto model = read_colmap_model(cameras);
   if (!model) return tl::unexpected(model.error());
   model->remove_images_without_points();
-  const auto region = read_region(cameras / "scene.json");
-  if (!region) return tl::unexpected(region.error());
+  const auto scene = read_scene(cameras / "scene.json");
+  if (!scene) return tl::unexpected(scene.error());
+  options->turn = scene->turn;
   if (model->images.size() < 3) {
     return fail("dense stereo needs at least 3 registered views", std::to_string(model->images.size()) + " are there",
                 "capture more overlapping views");
@@ -83,7 +91,7 @@ Result<nlohmann::json> run(const StageContext& ctx) {
   const auto views = load_views(*model, ctx.bundle.frames(), *options, ctx.progress);
   if (!views) return tl::unexpected(views.error());
   const std::chrono::duration<double> loading = std::chrono::steady_clock::now() - start;
-  const auto dense = build_cloud(*views, *region, *options, ctx.progress);
+  const auto dense = build_cloud(*views, scene->region, *options, ctx.progress);
   if (!dense) return tl::unexpected(dense.error());
 
   nlohmann::json facts = facts_of(*dense, views->size());

@@ -170,10 +170,15 @@ Result<DenseCloud> build_cloud(const std::vector<StereoView>& views, const Subje
   }
   clock.finish("selection");
 
+  std::vector<std::vector<char>> still(views.size());
+  if (options.turn) still = still_background(views, options.background, options.threads);
+  clock.finish("background");
+
   const double cpu_before = cpu_now();
   std::vector<StereoDepth> maps(views.size());
   parallel_steps(views.size(), options.threads, progress, 0.05, 0.75, "matching", [&](std::size_t i) {
     maps[i] = estimate_depth(views, static_cast<int>(i), neighbours[i], region, options.matching, options.seed + i);
+    put_beyond(maps[i], still[i]);
   });
   clock.finish("photometric");
   for (int pass = 0; pass < options.geometric_passes; ++pass) {
@@ -181,6 +186,7 @@ Result<DenseCloud> build_cloud(const std::vector<StereoView>& views, const Subje
     parallel_steps(views.size(), options.threads, progress, 0.75, 0.95, "refining", [&](std::size_t i) {
       refined[i] =
           refine_depth(views, maps, static_cast<int>(i), neighbours[i], region, options.matching, options.seed + i);
+      put_beyond(refined[i], still[i]);
     });
     maps = std::move(refined);
   }

@@ -11,6 +11,7 @@
 #include "offload/cloud/free_space.h"
 #include "offload/cloud/patch_match.h"
 #include "offload/cloud/stereo_view.h"
+#include "offload/cloud/still_background.h"
 #include "offload/cloud/subject_region.h"
 #include "offload/cloud/view_selection.h"
 
@@ -28,6 +29,8 @@ struct DenseCloudOptions {
   int geometric_passes = 1;          // after the photometric estimate
   double voxel = 0.002;              // metres between points of the result
   std::size_t max_points = 1000000;  // the voxels grow until the cloud is smaller
+  bool turn = false;                 // the camera is fixed and the subject turns: what stays in the pictures is not it
+  StillBackgroundOptions background;
   ViewSelectionOptions selection;
   PatchMatchOptions matching;
   ConfirmationOptions consistency;

@@ -249,6 +249,19 @@ Result<json> view_figures(const Inputs& in, const Textured& textured) {
               {"pixels", all.pixels},      {"colour_space", "CIE 1976 L*a*b*, D65, sRGB linearised"}};
 }
 
+bool captured(const std::vector<FrameId>& keyframes, const std::string& pass) {
+  return std::any_of(keyframes.begin(), keyframes.end(), [&](const FrameId& f) { return f.pass == pass; });
+}
+
+// True when the cameras stage has told by itself that the subject turns. A recording is taken in as pass "body"
+// whatever it shows, so a turn's truth then goes by that name.
+bool found_turning(const Bundle& bundle) {
+  const auto text = read_file(bundle.work("cameras") / "scene.json");
+  if (!text) return false;
+  const json scene = json::parse(*text, nullptr, false);
+  return scene.is_object() && text_at(scene, "/motion") == "turn";
+}
+
 }  // namespace
 
 Result<json> evaluate(const Bundle& bundle, const std::filesystem::path& truth_folder, const EvaluateOptions& options) {
@@ -258,10 +271,10 @@ Result<json> evaluate(const Bundle& bundle, const std::filesystem::path& truth_f
   if (!scan) return tl::unexpected(scan.error());
   auto keyframes = list_frames(bundle);
   if (!keyframes) return tl::unexpected(keyframes.error());
+  if (found_turning(bundle) && truth->contains("turn") && !captured(*keyframes, "turn"))
+    (*truth)["body"] = truth->at("turn");
   // Only passes that were captured: the camera of an absent head pass sees nothing.
-  std::erase_if(*truth, [&](const auto& pass) {
-    return std::none_of(keyframes->begin(), keyframes->end(), [&](const FrameId& f) { return f.pass == pass.first; });
-  });
+  std::erase_if(*truth, [&](const auto& pass) { return !captured(*keyframes, pass.first); });
   if (truth->empty()) return wrong_use("the truth is of other passes than the bundle", truth_folder.string());
 
   Inputs in{bundle, std::move(*truth), std::move(*keyframes), options, {}, {}};

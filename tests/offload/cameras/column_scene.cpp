@@ -9,7 +9,7 @@ namespace gyre {
 
 namespace {
 
-constexpr double column_radius = 0.4, wall_radius = 6.0, ring_radius = 2.0;  // metres
+constexpr double column_radius = 0.3, wall_radius = 6.0, ring_radius = 2.0;  // metres
 constexpr double pi = std::numbers::pi;
 
 Pose pose_at(double angle) {
@@ -61,14 +61,17 @@ std::optional<double> hit(const Eigen::Vector3d& from, const Eigen::Vector3d& ra
   return ((c > 0 ? -b - std::sqrt(d) : -b + std::sqrt(d))) / a;
 }
 
+// The pattern where the ray meets a surface; nothing where it does not.
+std::optional<float> shade(const Eigen::Vector3d& from, const Eigen::Vector3d& ray, double radius) {
+  const auto distance = hit(from, ray, radius);
+  if (!distance || *distance <= 0) return std::nullopt;
+  const Eigen::Vector3d p = from + *distance * ray;
+  return pattern_at(std::atan2(p.x(), p.z()), p.y() / radius + radius);
+}
+
 float shade(const Eigen::Vector3d& from, const Eigen::Vector3d& ray) {
-  for (const double radius : {column_radius, wall_radius}) {
-    const auto distance = hit(from, ray, radius);
-    if (!distance || *distance <= 0) continue;
-    const Eigen::Vector3d p = from + *distance * ray;
-    return pattern_at(std::atan2(p.x(), p.z()), p.y() / radius + radius);
-  }
-  return 0.0F;
+  const auto column = shade(from, ray, column_radius);
+  return column ? *column : shade(from, ray, wall_radius).value_or(0.0F);
 }
 
 }  // namespace
@@ -88,6 +91,22 @@ cv::Mat Column::picture(int view, double sweep) const {
             shade(from, world_from_cam * camera.normalised_from_pixel({x + 0.5, y + 0.5}).homogeneous());
   }
   sum.convertTo(picture, CV_8U, 1.0 / moments);
+  return picture;
+}
+
+cv::Mat Column::turned_picture(int view) const {
+  const Camera& camera = scene.cameras[0];
+  const Pose& for_column = scene.views[view].cam_from_world;
+  const Pose& for_room = scene.views[0].cam_from_world;
+  cv::Mat picture(camera.height, camera.width, CV_8U);
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      const Eigen::Vector3d ray = camera.normalised_from_pixel({x + 0.5, y + 0.5}).homogeneous();
+      auto light = shade(centre_of(for_column), for_column.rotation.conjugate() * ray, column_radius);
+      if (!light) light = shade(centre_of(for_room), for_room.rotation.conjugate() * ray, wall_radius);
+      picture.at<unsigned char>(y, x) = cv::saturate_cast<unsigned char>(light.value_or(0.0F));
+    }
+  }
   return picture;
 }
 

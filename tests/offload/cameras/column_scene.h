@@ -16,6 +16,10 @@ struct Column {
   // What a view sees from its pose while it moves on along the ring by `sweep` radians during the exposure, the pose
   // being the middle; 8-bit grey.
   cv::Mat picture(int view, double sweep = 0.0) const;
+
+  // What the first view's camera sees when the column has turned as far as the view has gone along the ring, and the
+  // room stays; 8-bit grey.
+  cv::Mat turned_picture(int view) const;
 };
 
 Column make_column(int views);

@@ -67,6 +67,12 @@ Pose look_at(const Eigen::Vector3d& centre, const Eigen::Vector3d& target) {
   return {Eigen::Quaterniond(rotation).normalized(), -(rotation * centre)};
 }
 
+// A fixed camera that stands askew: it looks past the subject, down, and is not level.
+Pose skew_camera(double radius) {
+  const Pose level = look_at({0, 1.5, radius}, {0.25, 0.9, 0});
+  return Pose{Eigen::Quaterniond(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitZ())), Eigen::Vector3d::Zero()} * level;
+}
+
 ViewPair match(const Orbit& orbit, int a, int b, const OrbitOptions& options, Random& random) {
   ViewPair pair{a, b, {}};
   const auto& points_a = orbit.point_of[static_cast<std::size_t>(a)];
@@ -95,14 +101,22 @@ Orbit make_orbit(const OrbitOptions& options) {
     const double radius = options.radius + random.normal(0.05);
     const Eigen::Vector3d centre(radius * std::sin(angle), 1.3 + random.normal(0.05), radius * std::cos(angle));
     const Eigen::Vector3d target(random.normal(0.03), 0.9 + random.normal(0.03), random.normal(0.03));
-    orbit.cam_from_world.push_back(look_at(centre, target));
+    const Pose cam_from_room = options.motion == Motion::turn ? skew_camera(options.radius) : look_at(centre, target);
+    const Pose room_from_body{
+        Eigen::Quaterniond(Eigen::AngleAxisd(options.motion == Motion::turn ? angle : 0.0, Eigen::Vector3d::UnitY())),
+        Eigen::Vector3d::Zero()};
+    orbit.cam_from_world.push_back(cam_from_room * room_from_body);
     View view;
     view.order = v;
+    view.motion = options.motion;
     std::vector<int> seen;
     for (std::size_t p = 0; p < points.size(); ++p) {
+      const bool of_body = p < static_cast<std::size_t>(options.body_points);
+      const Pose cam_from_point = of_body ? orbit.cam_from_world.back() : cam_from_room;
       // A surface seen at a grazing angle has other descriptors from view to view.
-      if (points[p].normal.dot((centre - points[p].position).normalized()) < 0.2 && p >= 30) continue;
-      const auto pixel = orbit.camera.project(orbit.cam_from_world.back() * points[p].position);
+      const Eigen::Vector3d towards_camera = (centre_of(cam_from_point) - points[p].position).normalized();
+      if (points[p].normal.dot(towards_camera) < 0.2 && p >= 30) continue;
+      const auto pixel = orbit.camera.project(cam_from_point * points[p].position);
       if (!pixel || pixel->x() < 0 || pixel->y() < 0 || pixel->x() > 720 || pixel->y() > 1280) continue;
       view.keypoints.push_back(*pixel +
                                Eigen::Vector2d(random.normal(options.pixel_noise), random.normal(options.pixel_noise)));
@@ -121,6 +135,29 @@ Orbit make_orbit(const OrbitOptions& options) {
     }
   }
   return orbit;
+}
+
+std::vector<Features> features_of(const Orbit& orbit) {
+  std::vector<Features> all;
+  Random random(77);
+  for (std::size_t v = 0; v < orbit.scene.views.size(); ++v) {
+    Features features;
+    features.width = orbit.camera.width;
+    features.height = orbit.camera.height;
+    features.keypoints = orbit.scene.views[v].keypoints;
+    for (std::size_t k = 0; k < features.keypoints.size(); ++k) {
+      Random of_point(1000 + static_cast<std::uint64_t>(orbit.point_of[v][k]));
+      std::array<float, 128> histogram{};
+      for (float& bin : histogram)
+        bin = static_cast<float>(std::pow(of_point.normal(1.0), 4) * random.uniform(0.7, 1.3));
+      features.descriptors.push_back(root_sift(histogram.data()));
+      features.keypoint_of.push_back(static_cast<int>(k));
+      features.sizes.push_back(1.0F);
+      features.colours.push_back({128, 128, 128});
+    }
+    all.push_back(std::move(features));
+  }
+  return all;
 }
 
 Scene true_scene(const Orbit& orbit) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A person-like column in a room, seen from a ring, as keypoints and matches with known truth.
+// A person-like column in a room, seen from a ring or turning before a fixed camera, as keypoints and matches with
+// known truth.
 #pragma once
 
+#include "offload/cameras/features.h"
 #include "offload/cameras/scene.h"
 
 #include <cstdint>
@@ -10,6 +12,7 @@
 namespace gyre {
 
 struct OrbitOptions {
+  Motion motion = Motion::orbit;
   int views = 24;
   double arc = 2 * 3.14159265358979323846;  // radians of the ring that is walked
   double radius = 2.4;                      // metres
@@ -22,7 +25,8 @@ struct OrbitOptions {
   std::uint64_t seed = 1;
 };
 
-// Truth: world of design.md (metres, +Y up, floor y = 0, subject 1.7 m tall at the origin).
+// Truth: world of design.md (metres, +Y up, floor y = 0, subject 1.7 m tall at the origin). In a turn the world turns
+// with the subject, and room and floor, which do not, are only in the keypoints.
 struct Orbit {
   Camera camera;
   std::vector<Pose> cam_from_world;
@@ -33,6 +37,9 @@ struct Orbit {
 };
 
 Orbit make_orbit(const OrbitOptions& options = {});
+
+// The keypoints of every view with descriptors that differ from point to point, and a little from view to view.
+std::vector<Features> features_of(const Orbit& orbit);
 
 // The scene registered and triangulated as it truly is.
 Scene true_scene(const Orbit& orbit);

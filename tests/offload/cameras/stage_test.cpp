@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/cameras_stage.h"
+
+#include "common/bundle/atomic_file.h"
+#include "common/geometry/colmap_model.h"
+#include "tests/offload/cameras/column_scene.h"
 #include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -30,6 +34,30 @@ class StageTest : public testing::Test {
     return result ? "none" : result.error().message();
   }
 
+  // Runs the stage on a capture of the column, and checks its poses against the ring they are on.
+  void expect_column(const Column& column, const std::string& motion) const {
+    const Stage stage = cameras_stage();
+    StageContext context{.bundle = bundle_, .out = root_ / "out", .options = stage.options, .threads = 1};
+    const auto result = stage.run(context);
+    ASSERT_TRUE(result) << result.error().message();
+    EXPECT_EQ(result->at("motion"), motion);
+    EXPECT_EQ(result->at("registered"), column.scene.views.size());
+    const auto scene = read_file(context.out / "scene.json");
+    ASSERT_TRUE(scene);
+    EXPECT_EQ(nlohmann::json::parse(*scene).at("motion"), motion);
+    const auto model = read_colmap_model(context.out);
+    ASSERT_TRUE(model);
+    std::vector<Eigen::Vector3d> truth, found;
+    for (const auto& [id, image] : model->images) {
+      truth.push_back(centre_of(column.scene.views[static_cast<std::size_t>(id - 1)].cam_from_world));
+      found.push_back(centre_of(image.cam_from_world));
+    }
+    const auto truth_from_found = align_points(truth, found);
+    ASSERT_TRUE(truth_from_found);
+    for (std::size_t i = 0; i < truth.size(); ++i)
+      EXPECT_LT((*truth_from_found * found[i] - truth[i]).norm(), 0.02) << "metres, of view " << i;
+  }
+
   static cv::Mat noise(int seed, int width = 200, int height = 300) {
     cv::Mat picture(height, width, CV_8UC3);
     cv::RNG random(static_cast<std::uint64_t>(seed));
@@ -43,6 +71,18 @@ class StageTest : public testing::Test {
   const std::filesystem::path& root_ = folder_.path();
   Bundle bundle_{""};
 };
+
+TEST_F(StageTest, a_walk_around_is_an_orbit) {
+  const Column column = make_column(24);
+  for (int v = 0; v < 24; ++v) add(v, column.picture(v));
+  expect_column(column, "orbit");
+}
+
+TEST_F(StageTest, a_fixed_camera_before_what_turns_is_a_turn) {
+  const Column column = make_column(36);
+  for (int v = 0; v < 36; ++v) add(v, column.turned_picture(v));
+  expect_column(column, "turn");
+}
 
 TEST_F(StageTest, too_few_pictures) {
   add(0, noise(1));

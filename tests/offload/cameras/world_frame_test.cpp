@@ -47,6 +47,48 @@ TEST(WorldFrame, works_without_a_floor) {
   EXPECT_NEAR((world->world_from_model * arbitrary()).scale, 1.0, 0.03);
 }
 
+TEST(WorldFrame, of_a_turn_before_a_camera_askew_has_the_axis_of_the_turn) {
+  OrbitOptions options;
+  options.motion = Motion::turn;
+  options.floor_points = 0;
+  options.room_points = 0;
+  options.arc = 4.0;
+  const Orbit orbit = make_orbit(options);
+  Scene scene = true_scene(orbit);
+  move_world(scene, arbitrary());
+  const auto world = find_world(scene, {.stature = 1.7});
+  ASSERT_TRUE(world) << world.error().message();
+  EXPECT_FALSE(world->has_floor);
+  const Similarity world_from_truth = world->world_from_model * arbitrary();
+  EXPECT_NEAR(world_from_truth.scale, 1.0, 0.03);
+  EXPECT_LT(std::acos((world_from_truth.rotation * Eigen::Vector3d::UnitY()).y()), 1e-4 * degree);
+  EXPECT_LT(std::hypot(world_from_truth.translation.x(), world_from_truth.translation.z()), 1e-5);
+  EXPECT_NEAR(world_from_truth.translation.y(), 0.0, 0.05);
+}
+
+TEST(WorldFrame, of_a_turn_has_no_floor_in_a_pair_of_shoes) {
+  OrbitOptions options;
+  options.motion = Motion::turn;
+  options.floor_points = 0;
+  options.room_points = 0;
+  Scene scene = true_scene(make_orbit(options));
+  // As many points as on the body, between 4 and 6 cm up, on two shoes; and their soles.
+  const Track on_body = scene.tracks.front();
+  for (int i = 0; i < 500; ++i) {
+    Track track = on_body;
+    track.triangulated = true;
+    for (Observation& o : track.observations) o.used = true;
+    track.point = {(i % 2 == 0 ? 0.13 : -0.13) + 0.04 * std::sin(7.0 * i), i < 20 ? 0.001 * (i % 4) : 0.04 + 4e-5 * i,
+                   0.13 * std::sin(11.0 * i)};
+    scene.tracks.push_back(track);
+  }
+  const auto world = find_world(scene, {.stature = 1.7});
+  ASSERT_TRUE(world) << world.error().message();
+  EXPECT_FALSE(world->has_floor);
+  EXPECT_NEAR(world->world_from_model.scale, 1.0, 0.005);
+  EXPECT_NEAR(world->world_from_model.translation.y(), 0.0, 0.005);
+}
+
 TEST(WorldFrame, an_empty_room_has_no_subject) {
   OrbitOptions options;
   options.body_points = 0;

@@ -64,8 +64,9 @@ class Evaluate : public testing::Test {
 
   std::filesystem::path truth_folder() const { return root / "truth"; }
 
-  void write_truth() const {
-    const std::filesystem::path folder = truth_folder() / "orbit-body";
+  // turn: radians the subject turns from frame to frame, before a camera that then follows less far around it.
+  void write_truth(const std::string& sequence = "orbit-body", double turn = 0.0) const {
+    const std::filesystem::path folder = truth_folder() / sequence;
     std::filesystem::create_directories(folder);
     json true_joints = json::object();
     for (const auto& [mixamo, vrm] : {std::pair("Hips", "hips"),
@@ -77,10 +78,15 @@ class Evaluate : public testing::Test {
       true_joints[mixamo] = array_of(joints.at(vrm));
     json frames = json::array();
     for (int i = 0; i < frame_count; ++i) {
-      const Eigen::Matrix4d m = poses[i].matrix();
+      const Pose subject_from_world{Eigen::Quaterniond(Eigen::AngleAxisd(-turn * i, Eigen::Vector3d::UnitY())),
+                                    {0, 0, 0}};
+      const Eigen::Matrix4d m = (poses[i] * subject_from_world).matrix();
       json rows = json::array();
       for (int r = 0; r < 4; ++r) rows.push_back({m(r, 0), m(r, 1), m(r, 2), m(r, 3)});
-      frames.push_back({{"index", 10 * i}, {"cam_from_world", rows}, {"joints", true_joints}});
+      frames.push_back({{"index", 10 * i},
+                        {"cam_from_world", rows},
+                        {"subject_yaw_deg", turn * i * 180 / M_PI},
+                        {"joints", true_joints}});
     }
     const json truth = {{"format", "synth-capture-1"},
                         {"camera",
@@ -185,6 +191,18 @@ TEST_F(Evaluate, an_exact_reconstruction_in_another_world_has_no_error) {
   EXPECT_LT(j["views"]["cielab_rmse"], 1.5);  // what JPEG and 8 bits leave
   EXPECT_EQ(j["views"]["views"], frame_count);
   EXPECT_TRUE(j["missing"].empty()) << j["missing"];
+}
+
+TEST_F(Evaluate, a_turn_taken_in_as_body_has_the_truth_of_the_turn) {
+  write_truth("turn", 2 * M_PI / frame_count);
+  const Bundle bundle = write_bundle(elsewhere(1.0));
+  EXPECT_FALSE(evaluate(bundle, truth_folder()));
+  ASSERT_TRUE(write_file(bundle.work("cameras") / "scene.json", R"({"motion": "turn"})"));
+  const json j = figures(bundle);
+  EXPECT_EQ(j["registered"]["share"], 1.0);
+  EXPECT_LT(j["cameras"]["centre_mm"]["max"], 1e-6);
+  EXPECT_LT(j["cameras"]["rotation_deg"]["max"], 1e-6);
+  EXPECT_LT(j["surface"]["rigid"]["true_to_fitted_mm"]["max"], 1e-2);
 }
 
 TEST_F(Evaluate, a_wrong_scale_shows_only_where_scale_counts) {
