@@ -2,7 +2,10 @@
 #include "offload/cameras/consistency.h"
 
 #include "common/parallel/parallel.h"
+#include "offload/cameras/rotation_averaging.h"
 #include "offload/cameras/verification.h"
+
+#include <cmath>
 
 namespace gyre {
 
@@ -58,6 +61,34 @@ std::vector<ViewPair> consistent_pairs(const Scene& scene, std::span<const ViewP
   });
   std::erase_if(checked, [](const ViewPair& pair) { return pair.matches.empty(); });
   return checked;
+}
+
+std::vector<ViewPair> pairs_that_close(const Scene& scene, std::span<const ViewPair> pairs,
+                                       const ConsistencyOptions& options, int threads) {
+  std::vector<std::optional<RelativeRotation>> measured(pairs.size());
+  parallel_for(pairs.size(), threads, [&](std::size_t i) {
+    const ViewPair& pair = pairs[i];
+    const View& a = scene.views[static_cast<std::size_t>(pair.a)];
+    const View& b = scene.views[static_cast<std::size_t>(pair.b)];
+    const double max_error = options.max_error / (0.5 * (scene.camera_of(a).fx + scene.camera_of(b).fx));
+    const auto pose = relative_pose(a.normalised, b.normalised, pair.matches, max_error);
+    if (!pose) return;
+    const double trust = are_near(a, b, options) ? options.trust_in_near : 1.0;
+    measured[i] = {pair.a, pair.b, pose->b_from_a.rotation, trust * static_cast<double>(pose->inliers.size())};
+  });
+  std::vector<RelativeRotation> relative;
+  for (const auto& m : measured)
+    if (m) relative.push_back(*m);
+  const RotationAverage average = average_rotations(static_cast<int>(scene.views.size()), relative);
+  std::vector<ViewPair> kept;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const double turn = measured[i] ? average.disagreement[next++] : 0.0;
+    const View& a = scene.views[static_cast<std::size_t>(pairs[i].a)];
+    const View& b = scene.views[static_cast<std::size_t>(pairs[i].b)];
+    if (turn < options.max_turn || !std::isfinite(turn) || are_near(a, b, options)) kept.push_back(pairs[i]);
+  }
+  return kept;
 }
 
 }  // namespace gyre

@@ -257,21 +257,26 @@ Result<ReconstructionSummary> reconstruct(Scene& scene, std::vector<ViewPair> pa
   auto start = best_start(scene, pairs, options);
   if (!start) return tl::unexpected<Error>(no_model);
   scene = std::move(*start);
+  // The model grows along the pairs whose rotations close the ring; the others are judged by the cameras it ends with.
+  const std::size_t all_pairs = pairs.size();
+  const std::vector<ViewPair> closing = pairs_that_close(scene, pairs, options.consistency, options.threads);
+  spdlog::debug("{} of {} pairs contradict the averaged rotations", all_pairs - closing.size(), all_pairs);
+  build_tracks(scene, closing);
+  extend_points(scene, options.triangulation, options.threads);
   const int total = static_cast<int>(scene.views.size());
   const auto report = [&](int registered) {
     progress(0.1 + 0.6 * registered / total,
              "placing cameras, " + std::to_string(registered) + " of " + std::to_string(total));
   };
   {
-    Mapper mapper(scene, pairs, options);
+    Mapper mapper(scene, closing, options);
     mapper.grow(total, report);
     mapper.adjust_everything();
   }
 
-  const std::size_t all_pairs = pairs.size();
   for (int round = 0; round < 2; ++round) {
     progress(0.75 + 0.1 * round, "checking the cameras against each other");
-    const int removed = remove_inconsistent_views(scene, pairs, options);
+    const int removed = remove_inconsistent_views(scene, round == 0 ? closing : pairs, options);
     pairs = consistent_pairs(scene, pairs, options.consistency, options.threads);
     build_tracks(scene, pairs);
     extend_points(scene, options.triangulation, options.threads);

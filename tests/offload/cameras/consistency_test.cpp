@@ -56,5 +56,27 @@ TEST(Consistency, drops_false_matches_and_false_pairs) {
   EXPECT_LT(wrong_matches, total / 100);
 }
 
+TEST(Consistency, pairs_of_a_repeated_wall_do_not_close_the_ring) {
+  // What views 11 to 13 see of view 10, they also claim to see of view 0, which shows another side of the room.
+  const Orbit orbit = make_orbit();
+  Scene scene = true_scene(orbit);
+  for (View& view : scene.views) view.registered = false;
+  Scene repeated = scene;
+  const std::size_t own = scene.views[0].keypoints.size();
+  auto& view = repeated.views[0];
+  view.keypoints.insert(view.keypoints.end(), scene.views[10].keypoints.begin(), scene.views[10].keypoints.end());
+  view.normalised.insert(view.normalised.end(), scene.views[10].normalised.begin(), scene.views[10].normalised.end());
+  std::vector<ViewPair> pairs = orbit.pairs;
+  for (const ViewPair& pair : orbit.pairs)
+    if (pair.a == 10) {
+      pairs.push_back({0, pair.b, pair.matches});
+      for (Match& m : pairs.back().matches) m.a += static_cast<int>(own);
+    }
+  ASSERT_GT(pairs.size(), orbit.pairs.size());
+  const auto kept = pairs_that_close(repeated, pairs, {}, 1);
+  ASSERT_EQ(kept.size(), orbit.pairs.size());
+  for (std::size_t k = 0; k < kept.size(); ++k) EXPECT_EQ(kept[k].b, orbit.pairs[k].b);
+}
+
 }  // namespace
 }  // namespace gyre
