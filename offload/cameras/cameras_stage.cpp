@@ -8,6 +8,7 @@
 #include "offload/cameras/correspondence.h"
 #include "offload/cameras/patch_resection.h"
 #include "offload/cameras/reconstruction.h"
+#include "offload/cameras/sway.h"
 #include "offload/cameras/world_frame.h"
 
 #include <atomic>
@@ -121,6 +122,12 @@ Scene scene_of(const Pictures& pictures, const std::optional<Camera>& calibrated
     scene.views.push_back(std::move(view));
   }
   return scene;
+}
+
+std::vector<std::string> names_of(const Pictures& pictures) {
+  std::vector<std::string> names;
+  for (const FrameId& id : pictures.ids) names.push_back(frame_name(id.pass, id.index));
+  return names;
 }
 
 // A calibration holds for pictures of its own size only.
@@ -260,8 +267,12 @@ Result<json> run(const StageContext& context) {
     return tl::unexpected<Error>(written.error());
   if (const auto written = write_file(context.out / "scene.json", scene_file.dump(2)); !written)
     return tl::unexpected<Error>(written.error());
+  const std::vector<ViewSway> sway = estimate_sway(scene, world->box);
+  if (const auto written = write_file(context.out / "sway.json", to_json(sway, names_of(*pictures)).dump(2)); !written)
+    return tl::unexpected<Error>(written.error());
   return json{{"registered", summary->registered},
               {"total", total},
+              {"sway_mm", 1000 * median_sway(sway)},
               {"pairs", pair_count},
               {"rejected_pairs", summary->removed_pairs},
               {"points", model.points.size()},
@@ -276,7 +287,7 @@ Stage cameras_stage() {
   Stage stage;
   stage.name = "cameras";
   stage.inputs = {"scan.json", "frames"};
-  stage.version = 2;
+  stage.version = 3;
   stage.options = {{"height_mm", 0.0}, {"turntable_radius_mm", 0.0}, {"max_features", FeatureOptions{}.max_features}};
   stage.run = run;
   return stage;

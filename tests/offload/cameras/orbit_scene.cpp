@@ -102,7 +102,9 @@ Orbit make_orbit(const OrbitOptions& options) {
     for (std::size_t p = 0; p < points.size(); ++p) {
       // A surface seen at a grazing angle has other descriptors from view to view.
       if (points[p].normal.dot((centre - points[p].position).normalized()) < 0.2 && p >= 30) continue;
-      const auto pixel = orbit.camera.project(orbit.cam_from_world.back() * points[p].position);
+      const bool sways = !options.sway.empty() && p < static_cast<std::size_t>(options.body_points);
+      const Eigen::Vector3d sway = sways ? options.sway[static_cast<std::size_t>(v)] : Eigen::Vector3d::Zero();
+      const auto pixel = orbit.camera.project(orbit.cam_from_world.back() * (points[p].position + sway));
       if (!pixel || pixel->x() < 0 || pixel->y() < 0 || pixel->x() > 720 || pixel->y() > 1280) continue;
       view.keypoints.push_back(*pixel +
                                Eigen::Vector2d(random.normal(options.pixel_noise), random.normal(options.pixel_noise)));
