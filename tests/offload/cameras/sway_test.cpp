@@ -97,7 +97,7 @@ TEST(Sway, of_a_still_subject_is_hardly_anything) {
   const std::vector<ViewSway> found = estimate_sway(adjusted(orbit), subject);
   ASSERT_EQ(found.size(), 24U);
   EXPECT_LT(median_sway(found), 0.001);
-  for (const ViewSway& view : found) EXPECT_LT(view.subject_error, 1.6 * view.background_error);
+  for (const ViewSway& view : found) EXPECT_LT(view.subject_error, 0.8);
 }
 
 TEST(Sway, needs_a_room) {
