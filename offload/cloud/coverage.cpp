@@ -21,6 +21,7 @@ constexpr double crown_upright = 0.7;   // cosine to up from which a point of th
 constexpr double hole = 0.5;            // share of a wall
 constexpr double filled = 0.5;          // share of a wall that is there
 constexpr double empty = 0.15;
+constexpr int longest_gap = 2;         // bands
 constexpr int axis_samples = 8;        // a band
 constexpr double seen_through = 0.1;   // share of the views that may err
 constexpr int least_towards = 3;       // views a point needs
@@ -143,16 +144,20 @@ double radius_at(const Grid& grid, const std::vector<Wall>& walls, int band, int
 }
 
 // True for an empty wedge that has filled ones above and below (or the floor), when nobody looks through what joins
-// them.
+// them. Over more than longest_gap bands only where all other wedges of the band are empty as well: what is under a
+// hand or between the legs is no gap.
 bool missing_between(const Grid& grid, const std::vector<Wall>& walls, int band, int sector,
                      const std::function<SightCount(const Vector3d&)>& sight) {
   const auto outward = [&](int b) { return walls[grid.index(b, sector)].outward; };
   if (outward(band) >= empty) return false;
   int above = band;
-  while (above < grid.options.bands && outward(above) < empty) ++above;
+  while (above < grid.options.bands && outward(above) < filled) ++above;
   int below = band;
-  while (below >= 0 && outward(below) < empty) --below;
-  if (above == grid.options.bands || outward(above) < filled || (below >= 0 && outward(below) < filled)) return false;
+  while (below >= 0 && outward(below) < filled) --below;
+  if (above == grid.options.bands) return false;
+  const auto row = walls.begin() + static_cast<std::ptrdiff_t>(grid.index(band, 0));
+  const bool nothing = std::all_of(row, row + grid.options.sectors, [](const Wall& w) { return w.outward < empty; });
+  if (above - below - 1 > longest_gap && !nothing) return false;
   const double top = walls[grid.index(above, sector)].radius();
   const double bottom = below >= 0 ? walls[grid.index(below, sector)].radius() : top;
   int looked_through = 0;

@@ -212,10 +212,11 @@ std::string cell_svg(const Cell& cell, double x, double y, double width, double 
   if (cell.points > 0)
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\" style=\"fill:{}\">{}</text>",
                        x + width / 2, y + height / 2 + 4, cell.views >= 10 ? "#fff" : "#1d2430", cell.views);
+  // The diagonal would hide the number.
   if (cell.hole != Hole::none)
-    svg += fmt::format(
-        "<path d=\"M{0:.1f} {1:.1f}h{2:.1f}v{3:.1f}h-{2:.1f}z m0 {3:.1f}l{2:.1f} -{3:.1f}\" class=\"hole\"/>", x + 2.5,
-        y + 2.5, width - 5, height - 5);
+    svg += fmt::format("<path d=\"M{0:.1f} {1:.1f}h{2:.1f}v{3:.1f}h-{2:.1f}z{4}\" class=\"hole\"/>", x + 2.5, y + 2.5,
+                       width - 5, height - 5,
+                       cell.points == 0 ? fmt::format("m0 {1:.1f}l{0:.1f} -{1:.1f}", width - 5, height - 5) : "");
   return svg + "</g>";
 }
 
@@ -261,10 +262,10 @@ std::string coverage_grid(const ReportFacts& facts) {
         "<rect x=\"{0:.1f}\" y=\"{1:.1f}\" width=\"12\" height=\"10\" fill=\"{2}\"/><text x=\"{3:.1f}\" "
         "y=\"{4:.1f}\">{5}</text>",
         x, bottom + 24, steps[i].second, x + 17, bottom + 33, label);
-    x += 94;
+    x += 104;
   }
   svg += fmt::format(
-      "<path d=\"M{0:.1f} {1:.1f}h12v10h-12z m0 10l12 -10\" class=\"hole\"/><text x=\"{2:.1f}\" "
+      "<path d=\"M{0:.1f} {1:.1f}h12v10h-12z\" class=\"hole\"/><text x=\"{2:.1f}\" "
       "y=\"{3:.1f}\">hole</text>",
       x, bottom + 24, x + 17, bottom + 33);
   return svg + "</svg>";

@@ -10,7 +10,7 @@
 namespace gyre {
 
 // An inline SVG: one row a height, the head at the top; one column a side, the front in the middle and the subject's
-// left at the right. Each cell shows how many views see it; holes are framed and crossed. Empty without coverage, or
+// left at the right. Each cell shows how many views see it; holes are framed. Empty without coverage, or
 // when the file makes no sense.
 std::string coverage_grid(const ReportFacts& facts);
 

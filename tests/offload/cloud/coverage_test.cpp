@@ -199,6 +199,15 @@ TEST(Coverage, ALegThatDoesNotReachTheFloorIsAHole) {
   }
 }
 
+TEST(Coverage, LegsOfWhichNothingWasMatchedAreMissingAndWhatIsBetweenThemIsNot) {
+  const auto legs = [](const Vector3d& p, const Vector3d&) { return p.y() < hip; };
+  const Coverage coverage = coverage_of(all_around(), legs);
+  for (int band = 0; band < 4; ++band) {
+    for (const int sector : {3, 9}) EXPECT_EQ(coverage.cell(band, sector).hole, HoleKind::not_matched) << band;
+    for (const int sector : {0, 6}) EXPECT_EQ(coverage.cell(band, sector).hole, HoleKind::none) << band;
+  }
+}
+
 TEST(Coverage, ARingDoesNotSeeTheCrown) {
   const Coverage coverage = coverage_of(ring(350));
   EXPECT_EQ(holes_of(coverage), Strings{"crown outer not filmed"});
