@@ -148,6 +148,38 @@ std::vector<Residuals> errors_of(const Scene& scene, const std::vector<Vector3d>
   return errors;
 }
 
+// Variance of a component of the place that each room-bound camera gives to a point at `place`: the covariance of its
+// pose by the room's features, carried to the point; square metres.
+std::vector<double> camera_variances(const Scene& room, const std::vector<Residuals>& errors, const Vector3d& place) {
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  std::vector<Matrix6> information(room.views.size(), Matrix6::Zero());
+  const auto by_motion = [](const Vector3d& p) {  // of a point in camera coordinates, by shift and turn of the camera
+    Eigen::Matrix<double, 3, 6> motion;
+    motion << 1, 0, 0, 0, p.z(), -p.y(), 0, 1, 0, -p.z(), 0, p.x(), 0, 0, 1, p.y(), -p.x(), 0;
+    return motion;
+  };
+  for (const Track& track : room.tracks) {
+    if (!track.triangulated) continue;
+    for (const Observation& o : track.observations) {
+      const Pose& pose = room.view_of(o).cam_from_world;
+      const auto sight = room.view_of(o).registered ? look(room, o, track.point) : std::nullopt;
+      if (!sight || sight->residual.norm() > agreement) continue;
+      const Eigen::Matrix<double, 2, 6> j =
+          sight->by_point * pose.rotation.conjugate().toRotationMatrix() * by_motion(pose * track.point);
+      information[static_cast<std::size_t>(o.view)] += j.transpose() * j;
+    }
+  }
+  std::vector<double> variances;
+  for (std::size_t v = 0; v < room.views.size(); ++v) {
+    const Eigen::Matrix<double, 3, 6> motion = by_motion(room.views[v].cam_from_world * place);
+    const double pixel_variance = 0.5 * errors[v].rms() * errors[v].rms();
+    variances.push_back(
+        pixel_variance *
+        (motion * information[v].ldlt().solve(Eigen::Matrix<double, 6, 3>(motion.transpose()))).trace() / 3);
+  }
+  return variances;
+}
+
 }  // namespace
 
 std::vector<ViewSway> estimate_sway(const Scene& scene, const Eigen::AlignedBox3d& subject) {
@@ -179,12 +211,14 @@ std::vector<ViewSway> estimate_sway(const Scene& scene, const Eigen::AlignedBox3
   const Eigen::MatrixXd covariance =
       square_sum / std::max(count, 1) *
       reduced.matrix.ldlt().solve(Eigen::MatrixXd::Identity(reduced.matrix.rows(), reduced.matrix.cols()));
+  const std::vector<double> by_camera = camera_variances(room, room_errors, subject.center());
   std::vector<ViewSway> result;
   for (std::size_t v = 0; v < shifts.size(); ++v) {
     if (body_errors[v].count < least_features || room_errors[v].count < least_features) continue;
     const auto at = static_cast<Eigen::Index>(3 * v);
-    result.push_back({static_cast<int>(v), shifts[v], std::sqrt(covariance.block<3, 3>(at, at).trace() / 3),
-                      body_errors[v].rms(), room_errors[v].rms(), body_errors[v].count, room_errors[v].count});
+    result.push_back({static_cast<int>(v), shifts[v],
+                      std::sqrt(covariance.block<3, 3>(at, at).trace() / 3 + by_camera[v]), body_errors[v].rms(),
+                      room_errors[v].rms(), body_errors[v].count, room_errors[v].count});
   }
   return result;
 }

@@ -17,7 +17,8 @@ namespace gyre {
 struct ViewSway {
   int view = 0;
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();  // of the subject from its mean place, world, metres
-  double deviation = 0;                             // standard deviation of a component of it, metres
+  double deviation =
+      0;  // standard deviation of a component of it, by noise of the keypoints of subject and room, metres
   double subject_error = 0;     // rms residual of the subject's features were it still in the room, pixels
   double background_error = 0;  // rms residual of the room's features, pixels
   int subject_count = 0;        // features behind each
