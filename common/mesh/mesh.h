@@ -26,7 +26,9 @@ struct PointCloud {
   std::vector<Eigen::Vector3f> points;   // metres
   std::vector<Eigen::Vector3f> normals;  // unit, towards the cameras
   std::vector<Rgb> colours;
-  std::vector<float> confidence;  // in [0, 1]
+  std::vector<float> confidence;    // in [0, 1]
+  std::vector<float> deviation;     // standard deviation of the point along its normal, metres
+  std::vector<std::uint8_t> views;  // how many views see the surface where the point is; 255: that many or more
 };
 
 // Area-weighted unit normals, one a vertex (zero for a vertex without area).

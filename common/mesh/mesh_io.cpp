@@ -92,6 +92,8 @@ class PlyBody {
 struct PlyContent {
   TriangleMesh mesh;
   std::vector<float> confidence;
+  std::vector<float> deviation;
+  std::vector<std::uint8_t> views;
 };
 
 tl::unexpected<Error> bad_ply(const std::filesystem::path& file, const std::string& why) {
@@ -162,6 +164,8 @@ Result<PlyContent> read_content(const std::filesystem::path& file) {
       if (has("nx")) mesh.normals.resize(element.count);
       if (has("red")) mesh.colours.resize(element.count);
       if (has("confidence")) content.confidence.resize(element.count);
+      if (has("std_dev")) content.deviation.resize(element.count);
+      if (has("view_count")) content.views.resize(element.count);
     }
     for (std::size_t i = 0; i < element.count; ++i) {
       for (const PlyProperty& p : element.properties) {
@@ -200,6 +204,9 @@ Result<PlyContent> read_content(const std::filesystem::path& file) {
           if (p.name == "blue") mesh.colours[i][2] = channel;
         }
         if (p.name == "confidence") content.confidence[i] = static_cast<float>(v);
+        if (p.name == "std_dev") content.deviation[i] = static_cast<float>(v);
+        // A comparison with NaN is false, so that it counts as no view.
+        if (p.name == "view_count") content.views[i] = v > 0 ? static_cast<std::uint8_t>(std::min(v, 255.0)) : 0;
       }
     }
   }
@@ -228,6 +235,8 @@ Result<PointCloud> read_cloud(const std::filesystem::path& file) {
   for (const Eigen::Vector3d& n : content->mesh.normals) cloud.normals.push_back(n.cast<float>());
   cloud.colours = std::move(content->mesh.colours);
   cloud.confidence = std::move(content->confidence);
+  cloud.deviation = std::move(content->deviation);
+  cloud.views = std::move(content->views);
   return cloud;
 }
 
@@ -265,6 +274,8 @@ Result<void> write_cloud(const PointCloud& cloud, const std::filesystem::path& f
   if (!cloud.normals.empty()) header << "property float nx\nproperty float ny\nproperty float nz\n";
   if (!cloud.colours.empty()) header << "property uchar red\nproperty uchar green\nproperty uchar blue\n";
   if (!cloud.confidence.empty()) header << "property float confidence\n";
+  if (!cloud.deviation.empty()) header << "property float std_dev\n";
+  if (!cloud.views.empty()) header << "property uchar view_count\n";
   header << "end_header\n";
   std::string out = header.str();
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
@@ -274,6 +285,8 @@ Result<void> write_cloud(const PointCloud& cloud, const std::filesystem::path& f
     }
     if (!cloud.colours.empty()) out.append(reinterpret_cast<const char*>(cloud.colours[i].data()), 3);
     if (!cloud.confidence.empty()) put_float(out, cloud.confidence[i]);
+    if (!cloud.deviation.empty()) put_float(out, cloud.deviation[i]);
+    if (!cloud.views.empty()) out.push_back(static_cast<char>(cloud.views[i]));
   }
   return write_file(file, out);
 }

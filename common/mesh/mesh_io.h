@@ -13,7 +13,8 @@ namespace gyre {
 // are checked and a bad file is an error that names the place.
 Result<TriangleMesh> read_ply(const std::filesystem::path& file);
 
-// Reads the vertices of a PLY with normals, colours and `confidence` where present.
+// Reads the vertices of a PLY with normals, colours and the scalars `confidence`, `std_dev` (PointCloud::deviation) and
+// `view_count` (PointCloud::views) where present.
 Result<PointCloud> read_cloud(const std::filesystem::path& file);
 
 // Binary little endian; doubles are written as float.

@@ -8,6 +8,7 @@
 #include "offload/cameras/correspondence.h"
 #include "offload/cameras/patch_resection.h"
 #include "offload/cameras/reconstruction.h"
+#include "offload/cameras/sway.h"
 #include "offload/cameras/world_frame.h"
 
 #include <atomic>
@@ -181,6 +182,12 @@ CaptureOrder order_of(const Bundle& bundle, const Scan& scan, const Pictures& pi
   return order;
 }
 
+std::vector<std::string> names_of(const Pictures& pictures) {
+  std::vector<std::string> names;
+  for (const FrameId& id : pictures.ids) names.push_back(frame_name(id.pass, id.index));
+  return names;
+}
+
 // A calibration holds for pictures of its own size only.
 bool is_calibrated(const Pictures& pictures, const std::optional<Camera>& camera) {
   return camera && std::all_of(pictures.features.begin(), pictures.features.end(), [&](const Features& f) {
@@ -323,9 +330,14 @@ Result<json> run(const StageContext& context) {
     return tl::unexpected<Error>(written.error());
   if (const auto written = write_file(context.out / "scene.json", scene_file.dump(2)); !written)
     return tl::unexpected<Error>(written.error());
+  // Of a turn nothing is known but the subject, which has nothing to sway against.
+  const std::vector<ViewSway> sway = motion == "turn" ? std::vector<ViewSway>() : estimate_sway(scene, world->box);
+  if (const auto written = write_file(context.out / "sway.json", to_json(sway, names_of(*pictures)).dump(2)); !written)
+    return tl::unexpected<Error>(written.error());
   return json{{"motion", motion},
               {"registered", summary->registered},
               {"total", total},
+              {"sway_mm", 1000 * median_sway(sway)},
               {"pairs", pair_count},
               {"rejected_pairs", summary->removed_pairs},
               {"points", model.points.size()},
@@ -339,7 +351,7 @@ Result<json> run(const StageContext& context) {
 Stage cameras_stage() {
   Stage stage;
   stage.name = "cameras";
-  stage.version = 3;
+  stage.version = 4;
   stage.inputs = {"scan.json", "frames"};
   stage.options = {{"height_mm", 0.0}, {"turntable_radius_mm", 0.0}, {"max_features", FeatureOptions{}.max_features}};
   stage.run = run;

@@ -9,7 +9,7 @@
 
 namespace gyre {
 
-// Points whose flag is not zero, in their order.
+// Points whose flag is not zero, in their order. The cloud has everything but `views`, which are counted last.
 PointCloud selected(const PointCloud& cloud, const std::vector<char>& keep);
 
 struct FloorOptions {

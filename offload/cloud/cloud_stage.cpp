@@ -62,6 +62,7 @@ nlohmann::json facts_of(const DenseCloud& dense, std::size_t views) {
                           {"height_m", dense.height},
                           {"views", views},
                           {"views_used", dense.views_used},
+                          {"coverage", summary_of(dense.coverage)},
                           {"depth_mpx", dense.megapixels},
                           {"depth_cpu_seconds", dense.cpu_seconds},
                           {"mpx_per_cpu_second", dense.megapixels / std::max(dense.cpu_seconds, 1e-9)}};
@@ -100,6 +101,8 @@ Result<nlohmann::json> run(const StageContext& ctx) {
   if (const auto wrote = write_file(ctx.out / "cloud.json", facts.dump(2) + "\n"); !wrote) {
     return tl::unexpected(wrote.error());
   }
+  const std::string coverage = to_json(dense->coverage).dump(2) + "\n";
+  if (const auto wrote = write_file(ctx.out / "coverage.json", coverage); !wrote) return tl::unexpected(wrote.error());
   ctx.progress(1.0, "cloud written");
   return facts;
 }
@@ -109,6 +112,7 @@ Result<nlohmann::json> run(const StageContext& ctx) {
 Stage cloud_stage() {
   Stage stage;
   stage.name = "cloud";
+  stage.version = 2;
   stage.inputs = {"frames", "work/cameras"};
   stage.options = {
       {"long_side_px", 640}, {"neighbours", 8}, {"min_views", 3}, {"spacing_mm", 2.0}, {"max_points", 1000000}};

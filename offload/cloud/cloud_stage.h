@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stage `cloud`: work/cameras and frames/ in, cloud.ply and cloud.json out.
+// The stage `cloud`: work/cameras and frames/ in, cloud.ply, cloud.json and coverage.json out.
 #pragma once
 
 #include "common/bundle/stage.h"

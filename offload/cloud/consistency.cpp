@@ -114,6 +114,7 @@ PointCloud consistent_points(std::span<const StereoView> views, std::span<const 
       int confirming = 1;
       int seeing_through = 0;
       double depth_sum = depth;
+      double square_sum = 0;  // of the depths' differences from the pixel's own
       Vector3d normal_sum = normal;
       for (const Other& other : asked) {
         const Opinion opinion = ask(other, ray, depth, normal, colour, k, options);
@@ -121,14 +122,22 @@ PointCloud consistent_points(std::span<const StereoView> views, std::span<const 
         if (opinion.verdict != Verdict::confirms) continue;
         ++confirming;
         depth_sum += opinion.depth;
+        square_sum += (opinion.depth - depth) * (opinion.depth - depth);
         normal_sum += opinion.normal;
       }
       if (confirming < options.min_views || seeing_through >= confirming) continue;
-      const Vector3d point = world_from_cam * (ray * (depth_sum / confirming));
+      const double mean_depth = depth_sum / confirming;
+      const Vector3d point = world_from_cam * (ray * mean_depth);
       if (!region.contains(point)) continue;
+      const Vector3d mean_normal = normal_sum.normalized();
       cloud.points.push_back(point.cast<float>());
-      cloud.normals.push_back((world_from_cam.rotation * normal_sum).normalized().cast<float>());
+      cloud.normals.push_back((world_from_cam.rotation * mean_normal).cast<float>());
       cloud.colours.push_back(colour);
+      const double spread = square_sum - confirming * (mean_depth - depth) * (mean_depth - depth);
+      const double across = std::max(0.1, -mean_normal.dot(ray));  // along the normal a metre of depth
+      const double footprint = mean_depth / (k(0, 0) * across / ray.norm());
+      cloud.deviation.push_back(static_cast<float>(std::hypot(
+          across * std::sqrt(std::max(0.0, spread) / (confirming - 1)), options.match_precision * footprint)));
       const float support = 1.0F - std::exp2(-0.5F * static_cast<float>(confirming - seeing_through));
       const auto facing = static_cast<float>(std::clamp(-normal.dot(ray) / ray.norm(), 0.0, 1.0));
       cloud.confidence.push_back(support * facing * facing * std::clamp(1.0F - map.cost[i], 0.0F, 1.0F));

@@ -19,6 +19,7 @@ struct ConfirmationOptions {
   double see_through = 0.02;       // a view whose surface lies this share of the depth behind a point sees through it
   int max_colour_difference = 18;  // levels in any channel, between a point's colours in two views
   float max_cost = 0.65F;          // matching cost of a pixel that may become a point
+  double match_precision = 0.1;    // standard deviation of what all views get wrong alike, pixels on the surface
 };
 
 // Points of maps[reference] inside the region that at least min_views views confirm and that fewer views see through
@@ -27,6 +28,11 @@ struct ConfirmationOptions {
 // what the confirming views' planes give along the pixel's ray (the consistency rules of Schönberger et al., ECCV 2016,
 // section 4.4, and the free-space rule of Merrell et al., ICCV 2007). Confidence grows with the number of confirming
 // views and the quality of the match. `others` are the views that may confirm.
+//
+// The deviation of a point along its normal has two parts. The confirming depths' sample standard deviation is what the
+// views do not agree on; it is not divided by the root of their number, because neighbouring maps were made from the
+// same pictures and err together. match_precision times the pixel's size on the surface, depth / (focal length * cosine
+// of the view), is what they get wrong alike: windows of that size smooth what is curved.
 PointCloud consistent_points(std::span<const StereoView> views, std::span<const StereoDepth> maps, int reference,
                              std::span<const int> others, const SubjectRegion& region,
                              const ConfirmationOptions& options);

@@ -80,6 +80,7 @@ void append(PointCloud& cloud, const PointCloud& more) {
   cloud.normals.insert(cloud.normals.end(), more.normals.begin(), more.normals.end());
   cloud.colours.insert(cloud.colours.end(), more.colours.begin(), more.colours.end());
   cloud.confidence.insert(cloud.confidence.end(), more.confidence.begin(), more.confidence.end());
+  cloud.deviation.insert(cloud.deviation.end(), more.deviation.begin(), more.deviation.end());
 }
 
 PointCloud clean(const PointCloud& fused, std::span<const StereoView> views, std::span<const StereoDepth> maps,
@@ -213,6 +214,14 @@ Result<DenseCloud> build_cloud(const std::vector<StereoView>& views, const Subje
                 "check that the subject stands still in even light and fills the picture");
   }
   result.height = robust_height(result.cloud);
+
+  const PointViews seen_by = views_that_see(result.cloud, views, maps, options.free_space, options.threads);
+  for (std::size_t i = 0; i < result.cloud.points.size(); ++i) {
+    result.cloud.views.push_back(static_cast<std::uint8_t>(std::min<std::size_t>(seen_by.of(i).size(), 255)));
+  }
+  const auto sight = [&](const Eigen::Vector3d& x) { return count_sight(x, views, maps, options.free_space); };
+  result.coverage = measure_coverage(result.cloud, seen_by, views, region, sight, {.spacing = options.voxel});
+  clock.finish("coverage");
   return result;
 }
 

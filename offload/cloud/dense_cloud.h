@@ -8,6 +8,7 @@
 #include "common/result/result.h"
 #include "offload/cloud/cloud_filters.h"
 #include "offload/cloud/consistency.h"
+#include "offload/cloud/coverage.h"
 #include "offload/cloud/free_space.h"
 #include "offload/cloud/patch_match.h"
 #include "offload/cloud/stereo_view.h"
@@ -46,6 +47,7 @@ struct DenseCloudOptions {
 
 struct DenseCloud {
   PointCloud cloud;
+  Coverage coverage;
   int views_used = 0;                                   // that had neighbours to match against
   double height = 0;                                    // metres from the floor to the top of the cloud, robustly
   double megapixels = 0;                                // of depth estimated at the working size
@@ -58,8 +60,8 @@ struct DenseCloud {
 Result<std::vector<StereoView>> load_views(const ColmapModel& model, const std::filesystem::path& folder,
                                            const DenseCloudOptions& options, const Progress& progress);
 
-// Neighbours, depth maps, geometric passes, fusion, floor, specks, clusters, thinning. Errors: fewer than three views,
-// no view with a neighbour, nothing found in the region.
+// Neighbours, depth maps, geometric passes, fusion, floor, specks, clusters, thinning, coverage. Errors: fewer than
+// three views, no view with a neighbour, nothing found in the region.
 Result<DenseCloud> build_cloud(const std::vector<StereoView>& views, const SubjectRegion& region,
                                const DenseCloudOptions& options, const Progress& progress);
 

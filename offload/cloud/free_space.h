@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points that other views look straight through.
+// What the depth maps say about points of space: seen, hidden, or looked straight through.
 #pragma once
 
 #include "common/mesh/mesh.h"
 #include "offload/cloud/patch_match.h"
 #include "offload/cloud/stereo_view.h"
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -23,5 +24,27 @@ struct FreeSpaceOptions {
 // are seen through from the side (free-space votes of Merrell et al., ICCV 2007).
 std::vector<char> outside_free_space(const PointCloud& cloud, std::span<const StereoView> views,
                                      std::span<const StereoDepth> maps, const FreeSpaceOptions& options, int threads);
+
+// The views that see each point of a cloud.
+struct PointViews {
+  std::vector<std::uint32_t> first{0};  // one more than points: point i has view[first[i]] to view[first[i + 1] - 1]
+  std::vector<std::uint16_t> view;      // indices, ascending
+
+  std::span<const std::uint16_t> of(std::size_t point) const {
+    return std::span(view).subspan(first[point], first[point + 1] - first[point]);
+  }
+};
+
+// Those whose vote on the point agrees.
+PointViews views_that_see(const PointCloud& cloud, std::span<const StereoView> views, std::span<const StereoDepth> maps,
+                          const FreeSpaceOptions& options, int threads);
+
+// How many views look through a point of space, and for how many something stands at it or before it.
+struct SightCount {
+  int through = 0;
+  int blocked = 0;
+};
+SightCount count_sight(const Eigen::Vector3d& point, std::span<const StereoView> views,
+                       std::span<const StereoDepth> maps, const FreeSpaceOptions& options);
 
 }  // namespace gyre

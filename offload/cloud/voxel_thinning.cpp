@@ -37,6 +37,7 @@ PointCloud thin_by_voxels(const PointCloud& cloud, double size) {
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     Eigen::Vector3d colour = Eigen::Vector3d::Zero();
     double weight_sum = 0;
+    double deviation = 0;
     float confidence = 0;
     std::size_t last = first;
     for (; last < order.size() && order[last].first == order[first].first; ++last) {
@@ -46,14 +47,24 @@ PointCloud thin_by_voxels(const PointCloud& cloud, double size) {
       point += weight * cloud.points[i].cast<double>();
       normal += weight * cloud.normals[i].cast<double>();
       colour += weight * cloud.colours[i].cast<double>();
+      deviation += weight * cloud.deviation[i];
       confidence = std::max(confidence, cloud.confidence[i]);
     }
-    first = last;
+    point /= weight_sum;
+    normal.normalize();
     colour /= weight_sum;
-    thin.points.push_back((point / weight_sum).cast<float>());
-    thin.normals.push_back(normal.normalized().cast<float>());
+    deviation /= weight_sum;
+    double scatter = 0;  // variance of the points across the surface
+    for (; first < last; ++first) {
+      const std::size_t i = order[first].second;
+      const double off = normal.dot(cloud.points[i].cast<double>() - point);
+      scatter += std::max(1e-3, static_cast<double>(cloud.confidence[i])) / weight_sum * off * off;
+    }
+    thin.points.push_back(point.cast<float>());
+    thin.normals.push_back(normal.cast<float>());
     thin.colours.push_back((colour.array() + 0.5).cast<std::uint8_t>().matrix());
     thin.confidence.push_back(confidence);
+    thin.deviation.push_back(static_cast<float>(std::sqrt(deviation * deviation + scatter)));
   }
   return thin;
 }

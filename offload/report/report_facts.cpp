@@ -2,6 +2,7 @@
 #include "offload/report/report_facts.h"
 
 #include "common/bundle/atomic_file.h"
+#include "offload/report/coverage_plot.h"
 #include "offload/report/json_fields.h"
 
 #include <fmt/format.h>
@@ -85,6 +86,10 @@ std::vector<std::string> find_warnings(const ReportFacts& facts) {
         fmt::format("The subject's height was not given: {:.0f} mm is assumed, and all lengths depend on it.",
                     number_at(facts.scene, "/height_mm", 1700)));
   if (const auto warning = height_warning(facts)) warnings.push_back(*warning);
+  if (const std::vector<std::string> holes = hole_sentences(facts); !holes.empty())
+    warnings.push_back(fmt::format("{} of the body {} hardly seen; the coverage below says where.",
+                                   holes.size() == 1 ? "One place" : std::to_string(holes.size()) + " places",
+                                   holes.size() == 1 ? "was" : "were"));
   if (flag_at(facts.fit, "/template/built_in"))
     warnings.emplace_back(
         "No human template was installed: the built-in stand-in was used, which has no face rig and a coarse body.");
@@ -168,6 +173,7 @@ Result<ReportFacts> collect_facts(const Bundle& bundle) {
   }
   facts.scene = read_object(bundle.work("cameras") / "scene.json", damaged);
   facts.cloud = read_object(bundle.work("cloud") / "cloud.json", damaged);
+  facts.coverage = read_object(bundle.work("cloud") / "coverage.json", damaged);
   facts.fit = read_object(bundle.work("fit") / "fit.json", damaged);
   facts.texture = read_object(bundle.work("texture") / "texture.json", damaged);
   facts.stages = read_stages(bundle, damaged);
@@ -208,6 +214,7 @@ json to_json(const ReportFacts& facts) {
           {"keyframes", {{"count", facts.keyframes.size()}, {"registered", facts.model.images.size()}}},
           {"scene", facts.scene},
           {"cloud", facts.cloud},
+          {"holes", hole_sentences(facts)},
           {"fit", fit},
           {"texture", facts.texture},
           {"avatar_bytes", facts.avatar_bytes},

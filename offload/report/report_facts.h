@@ -28,6 +28,7 @@ struct ReportFacts {
   std::vector<FrameId> keyframes;
   ColmapModel model;
   nlohmann::json scene, cloud, fit, texture;  // scene.json, cloud.json, fit.json, texture.json
+  nlohmann::json coverage;                    // coverage.json of the cloud
   std::vector<StageFacts> stages;             // in the order they run
   std::uintmax_t avatar_bytes = 0;
   std::string summary;                // the outcome in plain sentences

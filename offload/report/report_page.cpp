@@ -2,6 +2,7 @@
 #include "offload/report/report_page.h"
 
 #include "offload/report/camera_plot.h"
+#include "offload/report/coverage_plot.h"
 #include "offload/report/json_fields.h"
 
 #include <fmt/format.h>
@@ -33,6 +34,8 @@ figure img,figure svg{width:100%;height:auto;display:block}
 figcaption{margin-top:.3rem}
 svg .grid{fill:none;stroke:#e2e5ea}
 svg .subject{fill:#cbd2db}
+svg .cell{stroke:none}
+svg .hole{fill:none;stroke:#c8553d;stroke-width:1.6}
 svg text{font-size:10px;fill:#8a93a1;font-family:inherit}
 .legend{display:flex;gap:1.2rem;font-size:.85rem;color:var(--soft);margin:.8rem 0 0}
 .dot{display:inline-block;width:.65em;height:.65em;border-radius:50%;margin-right:.4em}
@@ -116,6 +119,18 @@ std::string camera_section(const ReportFacts& facts) {
     html += fmt::format("<span><span class=\"dot\" style=\"background:{}\"></span>pass {}: {} cameras</span>",
                         pass_colour(pass), escape_html(pass), count);
   return html + "</p></section>";
+}
+
+std::string coverage_section(const ReportFacts& facts) {
+  const std::string grid = coverage_grid(facts);
+  if (grid.empty()) return {};
+  std::string html = "<section><h2>Which side was seen at which height</h2><figure>" + grid +
+                     "<figcaption>the surface unrolled: views that see each part</figcaption></figure>";
+  const std::vector<std::string> holes = hole_sentences(facts);
+  if (holes.empty()) return html + "<p>No side was missed.</p></section>";
+  html += "<ul>";
+  for (const std::string& hole : holes) html += "<li>" + escape_html(hole) + "</li>";
+  return html + "</ul></section>";
 }
 
 std::string keyframe_section(const ReportFacts& facts, const ReportPictures& pictures) {
@@ -208,8 +223,8 @@ std::string report_page(const ReportFacts& facts, const ReportPictures& pictures
          "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>Scan " +
          escape_html(facts.scan.id) + "</title><style>" + style + "</style></head>\n<body><main>\n" + header(facts) +
          "\n" + four_sides("Avatar", pictures.avatar) + "\n" + four_sides(cloud_title(facts), pictures.cloud) + "\n" +
-         camera_section(facts) + "\n" + keyframe_section(facts, pictures) + "\n" + stage_section(facts) +
-         "\n<footer>Gyre " + escape_html(GYRE_VERSION) + "</footer>\n</main></body></html>\n";
+         camera_section(facts) + "\n" + coverage_section(facts) + "\n" + keyframe_section(facts, pictures) + "\n" +
+         stage_section(facts) + "\n<footer>Gyre " + escape_html(GYRE_VERSION) + "</footer>\n</main></body></html>\n";
 }
 
 }  // namespace gyre

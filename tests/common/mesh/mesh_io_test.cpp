@@ -45,6 +45,8 @@ TEST_F(MeshIoTest, CloudRoundTrip) {
   cloud.normals = {{1, 0, 0}, {0, 1, 0}};
   cloud.colours = {Rgb(9, 8, 7), Rgb(0, 128, 255)};
   cloud.confidence = {0.25F, 1.0F};
+  cloud.deviation = {0.002F, 0.0005F};
+  cloud.views = {3, 255};
   ASSERT_TRUE(write_cloud(cloud, file_));
   const Result<PointCloud> read = read_cloud(file_);
   ASSERT_TRUE(read) << read.error().message();
@@ -52,6 +54,28 @@ TEST_F(MeshIoTest, CloudRoundTrip) {
   EXPECT_EQ(read->normals, cloud.normals);
   EXPECT_EQ(read->colours, cloud.colours);
   EXPECT_EQ(read->confidence, cloud.confidence);
+  EXPECT_EQ(read->deviation, cloud.deviation);
+  EXPECT_EQ(read->views, cloud.views);
+}
+
+TEST_F(MeshIoTest, ACloudWithoutDeviationAndViewsIsRead) {
+  ASSERT_TRUE(write_file(file_,
+                         "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                         "property float z\nproperty float confidence\nend_header\n1 2 3 0.5\n"));
+  const Result<PointCloud> read = read_cloud(file_);
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->confidence, std::vector<float>{0.5F});
+  EXPECT_TRUE(read->deviation.empty());
+  EXPECT_TRUE(read->views.empty());
+}
+
+TEST_F(MeshIoTest, AnImpossibleNumberOfViewsIsLimitedToPossibleOnes) {
+  ASSERT_TRUE(write_file(file_,
+                         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                         "property float z\nproperty int view_count\nend_header\n1 2 3 -4\n1 2 3 7\n1 2 3 1000\n"));
+  const Result<PointCloud> read = read_cloud(file_);
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->views, (std::vector<std::uint8_t>{0, 7, 255}));
 }
 
 TEST_F(MeshIoTest, AsciiPolygonsBecomeFans) {

@@ -116,7 +116,9 @@ Orbit make_orbit(const OrbitOptions& options) {
       // A surface seen at a grazing angle has other descriptors from view to view.
       const Eigen::Vector3d towards_camera = (centre_of(cam_from_point) - points[p].position).normalized();
       if (points[p].normal.dot(towards_camera) < 0.2 && p >= 30) continue;
-      const auto pixel = orbit.camera.project(cam_from_point * points[p].position);
+      const Eigen::Vector3d sway =
+          !options.sway.empty() && of_body ? options.sway[static_cast<std::size_t>(v)] : Eigen::Vector3d::Zero();
+      const auto pixel = orbit.camera.project(cam_from_point * (points[p].position + sway));
       if (!pixel || pixel->x() < 0 || pixel->y() < 0 || pixel->x() > 720 || pixel->y() > 1280) continue;
       view.keypoints.push_back(*pixel +
                                Eigen::Vector2d(random.normal(options.pixel_noise), random.normal(options.pixel_noise)));

@@ -19,8 +19,9 @@ struct OrbitOptions {
   int body_points = 500;
   int room_points = 700;
   int floor_points = 500;
-  double pixel_noise = 0.3;     // standard deviation, pixels
-  double outlier_share = 0.05;  // of the matches of a pair, replaced by random ones
+  double pixel_noise = 0.3;           // standard deviation, pixels
+  double outlier_share = 0.05;        // of the matches of a pair, replaced by random ones
+  std::vector<Eigen::Vector3d> sway;  // metres by which the body is moved in each view; empty: it stands still
   Camera camera{.width = 720, .height = 1280, .fx = 1100, .fy = 1098, .cx = 357, .cy = 644, .k1 = -0.04, .k2 = 0.01};
   std::uint64_t seed = 1;
 };

@@ -12,6 +12,7 @@ void add(PointCloud& cloud, const Eigen::Vector3f& point, const Eigen::Vector3f&
   cloud.normals.push_back(normal);
   cloud.colours.emplace_back(1, 2, 3);
   cloud.confidence.push_back(0.5F);
+  cloud.deviation.push_back(0.001F);
 }
 
 // A cube of n^3 points with 1 cm between them.

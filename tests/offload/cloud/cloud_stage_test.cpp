@@ -67,7 +67,12 @@ TEST_F(CloudStage, WritesCloudAndFacts) {
   EXPECT_EQ(cloud->normals.size(), cloud->points.size());
   EXPECT_EQ(cloud->colours.size(), cloud->points.size());
   EXPECT_EQ(cloud->confidence.size(), cloud->points.size());
+  EXPECT_EQ(cloud->deviation.size(), cloud->points.size());
+  EXPECT_EQ(cloud->views.size(), cloud->points.size());
   EXPECT_GT(cloud->points.size(), 1500U);
+  const auto coverage = read_file(root_ / "out" / "coverage.json");
+  ASSERT_TRUE(coverage);
+  EXPECT_EQ(json::parse(*coverage).at("holes").size(), facts->at("coverage").at("holes").get<std::size_t>());
   const auto text = read_file(root_ / "out" / "cloud.json");
   ASSERT_TRUE(text);
   EXPECT_EQ(json::parse(*text), *facts);

@@ -4,6 +4,7 @@
 #include "common/mesh/mesh_io.h"
 #include "common/render/rasterise.h"
 #include "offload/report/camera_plot.h"
+#include "offload/report/coverage_plot.h"
 #include "offload/report/pictures.h"
 #include "offload/report/report_facts.h"
 #include "offload/report/report_page.h"
@@ -228,6 +229,87 @@ TEST_F(Report, a_camera_on_the_subjects_left_is_drawn_on_the_right) {
   EXPECT_NE(cameras_from_above(*facts).find("cx=\"334.00\" cy=\"180.00\""), std::string::npos);
   facts->fit = {{"yaw_deg", 90}};  // faces +X: the camera is in front
   EXPECT_NE(cameras_from_above(*facts).find("cx=\"180.00\" cy=\"334.00\""), std::string::npos);
+}
+
+// A coverage of ten bands and twelve sectors with the given holes.
+json coverage_with(const json& holes) {
+  json coverage = {{"bands", 10}, {"sectors", 12}, {"height_m", 1.7}, {"holes", holes}};
+  coverage["crown"] = {{"points", 900}, {"views", 4}, {"median_angle_deg", 50}, {"median_std_mm", 1.5}};
+  for (int i = 0; i < 120; ++i)
+    coverage["cells"].push_back(
+        {{"points", 100}, {"views", 5 + i / 12}, {"median_angle_deg", 30}, {"median_std_mm", 0.7}});
+  return coverage;
+}
+json hole(int band, int sector, const char* kind, const char* side = "outer") {
+  return {{"band", band}, {"sector", sector}, {"kind", kind}, {"side", side}};
+}
+
+std::vector<std::string> sentences_for(const json& coverage, const json& fit) {
+  ReportFacts facts;
+  facts.coverage = coverage;
+  facts.fit = fit;
+  return hole_sentences(facts);
+}
+
+using Strings = std::vector<std::string>;
+
+TEST(coverage_plot, holes_are_named_as_a_person_would) {
+  const json ahead = {{"yaw_deg", 0}};
+  // Sector 3 lies towards +X, the left of a subject that faces +Z.
+  const json knee = coverage_with({hole(2, 3, "not filmed")});
+  EXPECT_EQ(sentences_for(knee, ahead),
+            Strings{"Left side, knee height: hardly seen; no picture looks at it squarely."});
+  EXPECT_EQ(sentences_for(knee, {{"yaw_deg", 90}}),
+            Strings{"Front, knee height: hardly seen; no picture looks at it squarely."});
+  EXPECT_EQ(sentences_for(knee, nullptr),
+            Strings{"The side at 90\u00b0, knee height: hardly seen; no picture looks at it squarely."});
+  EXPECT_EQ(sentences_for(coverage_with({hole(3, 9, "not matched", "inner")}), ahead),
+            Strings{"Right side, thigh height, what faces inwards: hardly seen, though pictures look at it (dark, "
+                    "shiny or plain?)."});
+  EXPECT_EQ(sentences_for(coverage_with({{{"crown", true}, {"kind", "not filmed"}, {"side", "outer"}}}), ahead),
+            Strings{"The crown: hardly seen; no picture looks at it squarely."});
+  EXPECT_EQ(sentences_for(coverage_with(json::array()), ahead), Strings());
+}
+
+TEST(coverage_plot, neighbouring_holes_are_one) {
+  const json ahead = {{"yaw_deg", 0}};
+  json holes;
+  for (int band = 5; band < 8; ++band)
+    for (const int sector : {11, 0, 1}) holes.push_back(hole(band, sector, "not filmed"));
+  holes.push_back(hole(0, 6, "not filmed"));
+  EXPECT_EQ(sentences_for(coverage_with(holes), ahead),
+            (Strings{"Front right to front left, hip to chest height: hardly seen; no picture looks at it squarely.",
+                     "Back, foot height: hardly seen; no picture looks at it squarely."}));
+  json around;
+  for (int sector = 0; sector < 12; ++sector) around.push_back(hole(1, sector, "not matched"));
+  EXPECT_EQ(sentences_for(coverage_with(around), ahead),
+            Strings{"All around, shin height: hardly seen, though pictures look at it (dark, shiny or plain?)."});
+}
+
+TEST(coverage_plot, a_file_without_sense_gives_nothing) {
+  for (const json& wrong : {json(nullptr), json{{"bands", 10}}, json{{"bands", 1e300}, {"sectors", -1}},
+                            json{{"bands", 2}, {"sectors", 12}, {"height_m", 1.7}, {"cells", {1, 2, 3}}}}) {
+    ReportFacts facts;
+    facts.coverage = wrong;
+    EXPECT_EQ(coverage_grid(facts), "") << wrong.dump();
+    EXPECT_TRUE(hole_sentences(facts).empty());
+  }
+  json odd = coverage_with({hole(99, 3, "not filmed"), hole(-1, 0, "x"), 7, "hole"});
+  odd["cells"][5] = "no cell";
+  EXPECT_TRUE(sentences_for(odd, {{"yaw_deg", 0}}).empty());
+}
+
+TEST_F(Report, shows_the_coverage_and_warns_of_holes) {
+  add_cameras();
+  add_stage("cloud");
+  const json coverage = coverage_with({hole(2, 3, "not filmed")});
+  ASSERT_TRUE(write_file(bundle().work("cloud") / "coverage.json", coverage.dump()));
+  const std::string html = make_page();
+  EXPECT_EQ(first_fault(html), "");
+  EXPECT_NE(html.find("Which side was seen at which height"), std::string::npos);
+  EXPECT_NE(html.find("The side at 90\u00b0, knee height: hardly seen"), std::string::npos);
+  EXPECT_NE(html.find("One place of the body was hardly seen"), std::string::npos);
+  EXPECT_EQ(make_json()["holes"].size(), 1u);
 }
 
 TEST(report_page, html_is_escaped) {
