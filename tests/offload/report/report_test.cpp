@@ -216,9 +216,9 @@ TEST_F(Report, an_open_ring_is_said_in_words) {
   EXPECT_NE(open.find("the camera saw it from 268 of 360 degrees"), std::string::npos);
   EXPECT_NE(page_with(R"({"ring":{"closed":false,"covered_deg":345,"largest_gap_deg":15}})").find("is not closed"),
             std::string::npos);
-  EXPECT_EQ(page_with(R"({"ring":{"closed":true,"covered_deg":360,"largest_gap_deg":15}})").find("around the subject"),
+  EXPECT_EQ(page_with(R"({"ring":{"closed":true,"covered_deg":360,"largest_gap_deg":15}})").find("The way around"),
             std::string::npos);
-  EXPECT_EQ(page_with(R"({"ring":"all"})").find("around the subject"), std::string::npos);
+  EXPECT_EQ(page_with(R"({"ring":"all"})").find("The way around"), std::string::npos);
 }
 
 TEST_F(Report, damaged_parts_become_warnings) {
