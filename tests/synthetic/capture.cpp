@@ -198,12 +198,11 @@ double azimuth_of(const Pose& cam_from_world) {
 
 }  // namespace
 
-// Along the wall at -z, between it and the camera's rings: there in the third tenth of the time, back in the seventh.
+// Behind the subject, there and back, at times when the camera of an orbit stands in front.
 Pose PasserBy::world_from_subject(double share) const {
-  const double there = std::clamp((share - 0.2) / 0.2, 0.0, 1.0), back = std::clamp((share - 0.6) / 0.2, 0.0, 1.0);
-  const double x = -2.9 + 5.8 * (there - back);
+  const double there = std::clamp((share - 0.38) / 0.2, 0.0, 1.0), back = std::clamp((share - 0.86) / 0.12, 0.0, 1.0);
   const double heading = back > 0 ? -M_PI / 2 : M_PI / 2;
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(heading, Vector3d::UnitY())), {x, 0, -1.3}};
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(heading, Vector3d::UnitY())), {-2.9 + 5.8 * (there - back), 0, -1.6}};
 }
 
 Capture make_capture(const CaptureOptions& options) {

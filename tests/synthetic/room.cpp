@@ -57,7 +57,7 @@ Room make_room(std::uint64_t seed, const RoomSize& size, const Trouble& trouble)
   add_patch(room, {w, 0, d}, {-2 * w, 0, 0}, {0, h, 0}, Material::wall, cell);
   add_patch(room, {-w, 0, d}, {0, 0, -2 * d}, {0, h, 0}, Material::wall, cell);
   add_patch(room, {w, 0, -d}, {0, 0, 2 * d}, {0, h, 0}, Material::wall, cell);
-  constexpr double door_half_width = 0.9, door_height = 2.1, plinth = 0.06;
+  constexpr double door_half_width = 1.5, door_height = 2.1, plinth = 0.06;
   if (trouble.mirror) {
     add_patch(room, {w - 0.002, plinth, -door_half_width}, {0, 0, 2 * door_half_width}, {0, door_height, 0},
               Material::mirror, cell);
