@@ -49,9 +49,8 @@ Scene scene_at(const Capture& capture, double time, const Pose& world_from_subje
   scene.things.push_back({&capture.room.mesh, &capture.room.materials, &capture.appearance, Pose{}});
   if (capture.passer_by) {
     const PasserBy& other = *capture.passer_by;
-    const double share = time * capture.options.fps / capture.options.frames;
     scene.things.push_back(
-        {&other.subject.mesh, &other.subject.materials, &other.appearance, other.world_from_subject(share)});
+        {&other.subject.mesh, &other.subject.materials, &other.appearance, other.world_from_subject(time)});
   }
   for (const Thing& thing : scene.things) {
     const Eigen::Matrix3d rotation = thing.world_from_thing.rotation.toRotationMatrix();
@@ -198,11 +197,12 @@ double azimuth_of(const Pose& cam_from_world) {
 
 }  // namespace
 
-// Behind the subject, there and back, at times when the camera of an orbit stands in front.
-Pose PasserBy::world_from_subject(double share) const {
-  const double there = std::clamp((share - 0.38) / 0.2, 0.0, 1.0), back = std::clamp((share - 0.86) / 0.12, 0.0, 1.0);
-  const double heading = back > 0 ? -M_PI / 2 : M_PI / 2;
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(heading, Vector3d::UnitY())), {-2.9 + 5.8 * (there - back), 0, -1.6}};
+// To and fro between the rings of an orbit and the wall at -z.
+Pose PasserBy::world_from_subject(double time) const {
+  constexpr double period = 14.0, reach = 1.3;
+  const double phase = 2 * M_PI * time / period;
+  const double heading = std::cos(phase) > 0 ? M_PI / 2 : -M_PI / 2;
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(heading, Vector3d::UnitY())), {reach * std::sin(phase), 0, -2.55}};
 }
 
 Capture make_capture(const CaptureOptions& options) {

@@ -57,7 +57,7 @@ struct FrameTruth {
 struct PasserBy {
   Subject subject;
   Appearance appearance{1};
-  Pose world_from_subject(double share) const;  // after this share of the capture's duration
+  Pose world_from_subject(double time) const;  // seconds
 };
 
 struct Capture {
