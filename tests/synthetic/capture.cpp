@@ -26,6 +26,20 @@ float irradiance(const Vector3f& normal) {
   return 0.42f + 0.22f * sky + 0.42f * std::max(0.0f, normal.dot(key)) + 0.22f * std::max(0.0f, normal.dot(fill));
 }
 
+double azimuth_of(const Pose& cam_from_world) {
+  const Vector3d c = centre_of(cam_from_world);
+  return std::atan2(c.x(), c.z());
+}
+
+// Outside the rings of an orbit, across from the camera and swinging to both sides of the subject.
+Pose world_from_passer_by(const Capture& capture, double time) {
+  constexpr double radius = 2.6, period = 12.0, swing = 0.2;
+  const double phase = 2 * M_PI * time / period;
+  const double azimuth = azimuth_of(capture.trajectory.cam_from_world(time)) + M_PI + swing * std::sin(phase);
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(azimuth + M_PI / 2, Vector3d::UnitY())),
+          {radius * std::sin(azimuth), 0, radius * std::cos(azimuth)}};
+}
+
 // A mesh where it stands.
 struct Thing {
   const TriangleMesh* mesh;
@@ -50,7 +64,7 @@ Scene scene_at(const Capture& capture, double time, const Pose& world_from_subje
   if (capture.passer_by) {
     const PasserBy& other = *capture.passer_by;
     scene.things.push_back(
-        {&other.subject.mesh, &other.subject.materials, &other.appearance, other.world_from_subject(time)});
+        {&other.subject.mesh, &other.subject.materials, &other.appearance, world_from_passer_by(capture, time)});
   }
   for (const Thing& thing : scene.things) {
     const Eigen::Matrix3d rotation = thing.world_from_thing.rotation.toRotationMatrix();
@@ -190,20 +204,7 @@ cv::Mat develop(const cv::Mat& linear, double gain, double noise, std::uint64_t 
   return image;
 }
 
-double azimuth_of(const Pose& cam_from_world) {
-  const Vector3d c = centre_of(cam_from_world);
-  return std::atan2(c.x(), c.z());
-}
-
 }  // namespace
-
-// To and fro between the rings of an orbit and the wall at -z.
-Pose PasserBy::world_from_subject(double time) const {
-  constexpr double period = 14.0, reach = 1.3;
-  const double phase = 2 * M_PI * time / period;
-  const double heading = std::cos(phase) > 0 ? M_PI / 2 : -M_PI / 2;
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(heading, Vector3d::UnitY())), {reach * std::sin(phase), 0, -2.55}};
-}
 
 Capture make_capture(const CaptureOptions& options) {
   Capture capture;

@@ -57,7 +57,6 @@ struct FrameTruth {
 struct PasserBy {
   Subject subject;
   Appearance appearance{1};
-  Pose world_from_subject(double time) const;  // seconds
 };
 
 struct Capture {

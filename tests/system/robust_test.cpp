@@ -19,13 +19,14 @@ using synthetic::Material;
 // Of the walk without any trouble, as measured; trouble may cost what is said here and no more.
 constexpr double clean_median_mm = 0.4;
 constexpr double clean_largest_mm = 1.0;
-constexpr double misplaced_mm = 50.0;
+constexpr double misplaced_mm = 15.0;
 
 CameraFigures figures_of(const RenderedBundle& rendered) {
   const auto figures = place_cameras(rendered);
   EXPECT_TRUE(figures) << figures.error().message();
   if (!figures) return {};
   std::puts(to_text(*figures).c_str());
+  std::fflush(stdout);
   return *figures;
 }
 
@@ -103,7 +104,7 @@ TEST(Robust, a_mirrored_wardrobe) {
 // Shares of the surface of these materials that the cloud has a point for, and of the cloud near it that is right.
 struct CloudFigures {
   double covered = 0.0;  // of the surface within 15 mm of a point
-  double right = 0.0;    // of the points nearest to it, within 20 mm
+  double right = 0.0;    // of the points nearest to it, within 30 mm: six pixels at the size that is used here
   std::size_t points = 0;
 };
 
@@ -121,7 +122,7 @@ CloudFigures measure(const PointCloud& cloud, const Similarity& truth_from_world
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (to_part[i] > to_rest[i]) continue;
     ++figures.points;
-    if (to_part[i] < 0.020) figures.right += 1.0;
+    if (to_part[i] < 0.030) figures.right += 1.0;
   }
   figures.right /= static_cast<double>(std::max<std::size_t>(1, figures.points));
   const std::vector<Eigen::Vector3d> samples = sample_surface(part, 4000, 1);
@@ -151,9 +152,9 @@ TEST(Robust, dark_clothes_leave_a_hole_and_nothing_else) {
       measure(*cloud, figures.truth_from_world, capture.subject, [&](Material m) { return !dark(m); });
   std::printf("dark: %.2f covered, %.3f of %zu points right; rest: %.2f covered, %.3f of %zu points right\n",
               black.covered, black.right, black.points, rest.covered, rest.right, rest.points);
-  EXPECT_GT(rest.covered, 0.6);
-  EXPECT_GT(rest.right, 0.95);
-  EXPECT_GT(black.right, 0.95);
+  EXPECT_GT(rest.covered, 0.9);
+  EXPECT_GT(rest.right, 0.99);
+  EXPECT_GT(black.right, 0.99);
 }
 
 TEST(Robust, the_second_half_of_the_walk_first) {
@@ -187,13 +188,22 @@ TEST(Robust, a_walk_of_270_degrees_is_reported_as_open) {
   options.frames = 48;
   RenderedBundle rendered;
   rendered.add("body", make_capture(options));
+  double low = 0, high = 0;  // truly; the walk begins near azimuth 0
+  for (const auto& [name, pose] : rendered.truth()) {
+    const Eigen::Vector3d c = centre_of(pose);
+    double azimuth = std::atan2(c.x(), c.z()) * 180 / M_PI;
+    if (azimuth < -45) azimuth += 360;
+    low = std::min(low, azimuth);
+    high = std::max(high, azimuth);
+  }
+  ASSERT_NEAR(high - low, 270, 15);
   const CameraFigures figures = figures_of(rendered);
   expect_sound(figures);
   ASSERT_TRUE(figures.scene.contains("ring"));
   EXPECT_EQ(figures.scene["ring"], figures.result["ring"]);
   EXPECT_FALSE(figures.scene["ring"]["closed"]);
-  EXPECT_NEAR(figures.scene["ring"]["covered_deg"], 270, 12);
-  EXPECT_NEAR(figures.scene["ring"]["largest_gap_deg"], 90, 12);
+  EXPECT_NEAR(figures.scene["ring"]["covered_deg"], high - low, 2);
+  EXPECT_NEAR(figures.scene["ring"]["largest_gap_deg"], 360 - (high - low), 2);
 }
 
 TEST(Robust, three_rooms_are_no_scene_and_the_operator_is_told_what_to_do) {
