@@ -8,10 +8,12 @@
 #include "offload/cameras/correspondence.h"
 #include "offload/cameras/patch_resection.h"
 #include "offload/cameras/reconstruction.h"
+#include "offload/cameras/ring.h"
 #include "offload/cameras/sway.h"
 #include "offload/cameras/world_frame.h"
 
 #include <atomic>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 namespace gyre {
@@ -257,6 +259,16 @@ std::optional<PlacedBoard> board_of(const Scene& scene, const Pictures& pictures
   return board;
 }
 
+json ring_of(const Scene& scene) {
+  constexpr double degrees = 180 / std::numbers::pi;
+  const Ring ring = find_ring(scene);
+  if (!ring.closed)
+    spdlog::warn("the cameras do not stand all around the subject: {:.0f} of 360 degrees", degrees * ring.covered);
+  return {{"closed", ring.closed},
+          {"covered_deg", degrees * ring.covered},
+          {"largest_gap_deg", degrees * ring.largest_gap}};
+}
+
 Result<json> run(const StageContext& context) {
   const Result<Scan> scan = read_scan(context.bundle);
   if (!scan) return tl::unexpected<Error>(scan.error());
@@ -310,6 +322,7 @@ Result<json> run(const StageContext& context) {
     spdlog::warn("the subject's height is not given: {:.0f} mm is assumed and all lengths depend on it",
                  assumed_height_mm);
   move_world(scene, world->world_from_model);
+  const json ring = ring_of(scene);
   const auto corner = [](const Eigen::Vector3d& v) { return json::array({v.x(), v.y(), v.z()}); };
   const std::vector<Motion>& motions = pictures->background.motion;
   const std::string motion =
@@ -324,6 +337,7 @@ Result<json> run(const StageContext& context) {
                            {"total", total},
                            {"floor_seen", world->has_floor},
                            {"ring_radius_m", world->ring_radius},
+                           {"ring", ring},
                            {"box", {{"min", corner(world->box.min())}, {"max", corner(world->box.max())}}}};
   const ColmapModel model = model_of(scene, *pictures);
   if (const auto written = write_colmap_model(model, context.out); !written)
@@ -338,6 +352,7 @@ Result<json> run(const StageContext& context) {
               {"registered", summary->registered},
               {"total", total},
               {"sway_mm", 1000 * median_sway(sway)},
+              {"ring", ring},
               {"pairs", pair_count},
               {"rejected_pairs", summary->removed_pairs},
               {"points", model.points.size()},
@@ -351,7 +366,7 @@ Result<json> run(const StageContext& context) {
 Stage cameras_stage() {
   Stage stage;
   stage.name = "cameras";
-  stage.version = 4;
+  stage.version = 5;
   stage.inputs = {"scan.json", "frames"};
   stage.options = {{"height_mm", 0.0}, {"turntable_radius_mm", 0.0}, {"max_features", FeatureOptions{}.max_features}};
   stage.run = run;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/world_frame.h"
 
+#include "offload/cameras/sight_lines.h"
 #include "offload/cameras/turn_axis.h"
 
 #include <spdlog/spdlog.h>
@@ -214,7 +215,8 @@ std::optional<double> floor_level(std::vector<double> heights, double thickness)
   return heights[best + best_count / 2];
 }
 
-std::optional<ColumnTop> column_top(std::vector<double> heights, double bottom, double max_gap) {
+std::optional<ColumnTop> column_top(std::vector<double> heights, double bottom, double max_gap,
+                                    const std::function<bool(double, double)>& filled) {
   std::erase_if(heights, [&](double h) { return h < bottom; });
   if (heights.size() < 20) return std::nullopt;
   std::sort(heights.begin(), heights.end());
@@ -223,7 +225,7 @@ std::optional<ColumnTop> column_top(std::vector<double> heights, double bottom, 
   double last = bottom;
   while (end < heights.size()) {
     const std::size_t ahead = std::min(end + 2, heights.size() - 1);
-    if (heights[ahead] - last > max_gap) break;
+    if (heights[ahead] - last > max_gap && !filled(last, heights[ahead])) break;
     last = heights[end++];
   }
   if (end < 20) return std::nullopt;
@@ -280,6 +282,8 @@ Result<WorldFrame> find_world(const Scene& scene, const KnownLengths& known) {
 
   std::vector<double> column = heights_within(points, column_radius * radius);
   if (column.size() < 20) return tl::unexpected<Error>(nothing_there);
+  const std::vector<SightLine> lines = lines_past_axis(scene, upright, radius);
+  const auto filled = [&](double low, double high) { return is_solid(lines, low, high, radius); };
   frame.has_floor = has_floor;
   double bottom_uncertainty = 0.25 * floor_thickness * radius;
   if (!has_floor) {
@@ -287,7 +291,8 @@ Result<WorldFrame> find_world(const Scene& scene, const KnownLengths& known) {
     const double middle = median(column);
     std::vector<double> depths;
     for (const double h : column) depths.push_back(-h);
-    const auto bottom = column_top(depths, -middle, max_column_gap * radius);
+    const auto bottom = column_top(depths, -middle, max_column_gap * radius,
+                                   [&](double from, double to) { return filled(-to, -from); });
     if (!bottom) return tl::unexpected<Error>(nothing_there);
     ground = -bottom->height;
     bottom_uncertainty = bottom->uncertainty;
@@ -298,7 +303,7 @@ Result<WorldFrame> find_world(const Scene& scene, const KnownLengths& known) {
       if (frame.has_floor) ground = level;
     }
   }
-  const auto top = column_top(column, ground, max_column_gap * radius);
+  const auto top = column_top(column, ground, max_column_gap * radius, filled);
   if (!top || top->height - ground < max_column_gap * radius) return tl::unexpected<Error>(nothing_there);
 
   const double model_height = top->height - ground;

@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -28,13 +29,16 @@ std::optional<Eigen::Vector3d> point_of_interest(std::span<const Pose> cam_from_
 // Nothing when there is no such level.
 std::optional<double> floor_level(std::vector<double> heights, double thickness);
 
-// Highest level of the connected column of heights that begins at `bottom`; a gap larger than `max_gap` ends it.
+// Highest level of the connected column of heights that begins at `bottom`; a gap larger than `max_gap` ends it unless
+// `filled(from, to)` says that something is there, as dark clothes that show no points.
 // uncertainty: how much the few highest differ, the share of a lonely outlier in the result.
 struct ColumnTop {
   double height = 0.0;
   double uncertainty = 0.0;
 };
-std::optional<ColumnTop> column_top(std::vector<double> heights, double bottom, double max_gap);
+std::optional<ColumnTop> column_top(
+    std::vector<double> heights, double bottom, double max_gap,
+    const std::function<bool(double, double)>& filled = [](double, double) { return false; });
 
 // What is known of real lengths. The scale rests on the first of them that is there and makes the subject between 0.3
 // and 2.6 metres tall: board, turntable, stature.

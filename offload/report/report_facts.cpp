@@ -72,6 +72,20 @@ std::optional<std::string> height_warning(const ReportFacts& facts) {
                      source == "board" ? "that the ruler on the board is 150 mm long" : "the turntable's radius");
 }
 
+// A walk that leaves a part of the subject unseen, or whose parts hang together on one side only.
+std::optional<std::string> ring_warning(const json& scene) {
+  const double covered = number_at(scene, "/ring/covered_deg", -1), gap = number_at(scene, "/ring/largest_gap_deg", 0);
+  if (covered < 0 || flag_at(scene, "/ring/closed")) return std::nullopt;
+  constexpr double seam = 30;
+  if (gap > seam)
+    return fmt::format(
+        "The way around the subject is open: the camera saw it from {:.0f} of 360 degrees. What faces the gap of "
+        "{:.0f} degrees is guessed; go all the way around to have it seen.",
+        covered, gap);
+  return "The way around the subject is not closed: its two ends were not recognised as the same place, so lengths "
+         "across them may be wrong. Go a little farther than once around.";
+}
+
 std::vector<std::string> find_warnings(const ReportFacts& facts) {
   std::vector<std::string> warnings;
   const std::size_t keyframes = facts.keyframes.size(), registered = facts.model.images.size();
@@ -90,6 +104,7 @@ std::vector<std::string> find_warnings(const ReportFacts& facts) {
     warnings.push_back(fmt::format("{} of the body {} hardly seen; the coverage below says where.",
                                    holes.size() == 1 ? "One place" : std::to_string(holes.size()) + " places",
                                    holes.size() == 1 ? "was" : "were"));
+  if (const auto warning = ring_warning(facts.scene)) warnings.push_back(*warning);
   if (flag_at(facts.fit, "/template/built_in"))
     warnings.emplace_back(
         "No human template was installed: the built-in stand-in was used, which has no face rig and a coarse body.");

@@ -50,8 +50,8 @@ Vector3f decode_srgb(int red, int green, int blue) {
   return {decode(red), decode(green), decode(blue)};
 }
 
-Appearance::Appearance(std::uint64_t seed, double scale, const RoomSize& room)
-    : seed_(hash(seed, 23)), noise_(seed_), scale_(static_cast<float>(scale)) {
+Appearance::Appearance(std::uint64_t seed, double scale, const RoomSize& room, const Trouble& trouble)
+    : seed_(hash(seed, 23)), noise_(seed_), scale_(static_cast<float>(scale)), trouble_(trouble) {
   for (int wall = 0; wall < 4; ++wall) {
     const float half = wall < 2 ? room.half_depth : room.half_width;
     for (int i = 0; i < 9; ++i) {
@@ -82,6 +82,10 @@ Appearance::Appearance(std::uint64_t seed, double scale, const RoomSize& room)
 Vector3f Appearance::albedo(Material material, const Vector3f& position, const Vector3f& normal,
                             float footprint) const {
   const Vector3f p = position / scale_;
+  if (trouble_.white_half && position.x() < 0 && (material == Material::wall || material == Material::ceiling))
+    return decode_srgb(236, 234, 228);
+  if (trouble_.dark_clothes && (material == Material::sweater || material == Material::trousers))
+    return decode_srgb(14, 14, 16) * (1.0f + 0.2f * noise_.fractal(p, 0.045f, 5, 0.8f, footprint));
   switch (material) {
     case Material::skin:
       return skin(p, footprint);
@@ -110,6 +114,8 @@ Vector3f Appearance::albedo(Material material, const Vector3f& position, const V
              (1.0f + 0.3f * noise_.fractal(position, 0.15f, 5, 0.8f, footprint));
     case Material::wall:
       return wall(position, normal, footprint);
+    case Material::mirror:
+      return Vector3f::Constant(0.9f);
     case Material::box: {
       const auto which =
           static_cast<std::uint64_t>(std::lround(2.0f * (position.x() + 2.0f * position.z()) + 100.0f)) / 3;

@@ -5,6 +5,7 @@
 #include "common/mesh/mesh.h"
 #include "tests/synthetic/noise.h"
 #include "tests/synthetic/subject.h"
+#include "tests/synthetic/trouble.h"
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -26,7 +27,7 @@ Eigen::Vector3f decode_srgb(int red, int green, int blue);
 class Appearance {
  public:
   // `scale`: the subject's stature over the 1.70 m that faces and clothes are laid out for.
-  explicit Appearance(std::uint64_t seed, double scale = 1.0, const RoomSize& room = {});
+  explicit Appearance(std::uint64_t seed, double scale = 1.0, const RoomSize& room = {}, const Trouble& trouble = {});
 
   // Linear RGB reflectance at a point given in the axes the thing stands in (the subject's A-pose, the room's world).
   // `footprint`: what one pixel covers, metres; finer detail is left out.
@@ -53,6 +54,7 @@ class Appearance {
   std::uint64_t seed_;
   Noise noise_;
   float scale_;
+  Trouble trouble_;
   std::vector<Poster> posters_;
 };
 

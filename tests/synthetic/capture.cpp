@@ -26,55 +26,118 @@ float irradiance(const Vector3f& normal) {
   return 0.42f + 0.22f * sky + 0.42f * std::max(0.0f, normal.dot(key)) + 0.22f * std::max(0.0f, normal.dot(fill));
 }
 
-// The subject and the room as one mesh: the subject's vertices and triangles come first.
+double azimuth_of(const Pose& cam_from_world) {
+  const Vector3d c = centre_of(cam_from_world);
+  return std::atan2(c.x(), c.z());
+}
+
+// Outside the rings of an orbit, across from the camera and swinging to both sides of the subject.
+Pose world_from_passer_by(const Capture& capture, double time) {
+  constexpr double radius = 2.6, period = 12.0, swing = 0.2;
+  const double phase = 2 * M_PI * time / period;
+  const double azimuth = azimuth_of(capture.trajectory.cam_from_world(time)) + M_PI + swing * std::sin(phase);
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(azimuth + M_PI / 2, Vector3d::UnitY())),
+          {radius * std::sin(azimuth), 0, radius * std::cos(azimuth)}};
+}
+
+// A mesh where it stands.
+struct Thing {
+  const TriangleMesh* mesh;
+  const std::vector<Material>* materials;
+  const Appearance* appearance;
+  Pose world_from_thing;
+};
+
+// Everything there is as one mesh; the subject comes first.
 struct Scene {
+  std::vector<Thing> things;
+  std::vector<int> first_vertex;    // one a thing
+  std::vector<int> first_triangle;  // one a thing
   std::vector<Vector3d> vertices;
   std::vector<Eigen::Vector3i> triangles;
 };
 
-Scene scene_at(const Capture& capture, const Pose& world_from_subject) {
+Scene scene_at(const Capture& capture, double time, const Pose& world_from_subject) {
   Scene scene;
-  const TriangleMesh &subject = capture.subject.mesh, &room = capture.room.mesh;
-  const Eigen::Matrix3d rotation = world_from_subject.rotation.toRotationMatrix();
-  scene.vertices.reserve(subject.vertices.size() + room.vertices.size());
-  for (const Vector3d& v : subject.vertices) scene.vertices.push_back(rotation * v + world_from_subject.translation);
-  scene.vertices.insert(scene.vertices.end(), room.vertices.begin(), room.vertices.end());
-  scene.triangles = subject.triangles;
-  scene.triangles.reserve(subject.triangles.size() + room.triangles.size());
-  const Eigen::Vector3i shift = Eigen::Vector3i::Constant(static_cast<int>(subject.vertices.size()));
-  for (const Eigen::Vector3i& t : room.triangles) scene.triangles.push_back(t + shift);
+  scene.things.push_back({&capture.subject.mesh, &capture.subject.materials, &capture.appearance, world_from_subject});
+  scene.things.push_back({&capture.room.mesh, &capture.room.materials, &capture.appearance, Pose{}});
+  if (capture.passer_by) {
+    const PasserBy& other = *capture.passer_by;
+    scene.things.push_back(
+        {&other.subject.mesh, &other.subject.materials, &other.appearance, world_from_passer_by(capture, time)});
+  }
+  for (const Thing& thing : scene.things) {
+    const Eigen::Matrix3d rotation = thing.world_from_thing.rotation.toRotationMatrix();
+    const auto first = static_cast<int>(scene.vertices.size());
+    scene.first_vertex.push_back(first);
+    scene.first_triangle.push_back(static_cast<int>(scene.triangles.size()));
+    for (const Vector3d& v : thing.mesh->vertices)
+      scene.vertices.push_back(rotation * v + thing.world_from_thing.translation);
+    for (const Eigen::Vector3i& t : thing.mesh->triangles)
+      scene.triangles.push_back(t + Eigen::Vector3i::Constant(first));
+  }
   return scene;
+}
+
+int thing_of(const Scene& scene, int triangle) {
+  const auto next = std::upper_bound(scene.first_triangle.begin(), scene.first_triangle.end(), triangle);
+  return static_cast<int>(next - scene.first_triangle.begin()) - 1;
+}
+
+Material material_of(const Scene& scene, int triangle) {
+  const int k = thing_of(scene, triangle);
+  return (*scene.things[k].materials)[triangle - scene.first_triangle[k]];
+}
+
+// The world behind the mirror: what its pixels show.
+VisibilityBuffer rasterise_reflection(Scene& reflected, const Eigen::Hyperplane<double, 3>& mirror,
+                                      const Camera& camera, const Pose& cam_from_world) {
+  for (Vector3d& v : reflected.vertices) v -= 2 * mirror.signedDistance(v) * mirror.normal();
+  for (std::size_t t = 0; t < reflected.triangles.size(); ++t) {
+    Eigen::Vector3i& corners = reflected.triangles[t];
+    std::swap(corners[1], corners[2]);  // a reflection turns front sides into back sides
+    if (material_of(reflected, static_cast<int>(t)) == Material::mirror) corners.setConstant(corners[0]);
+  }
+  return rasterise(reflected.vertices, reflected.triangles, camera, cam_from_world);
+}
+
+// Linear radiance of what a pixel sees.
+Vector3f shade(const Scene& scene, const VisibilityBuffer& seen, std::size_t i, float focal) {
+  const int t = seen.triangle[i];
+  if (t < 0) return Vector3f::Zero();
+  const int k = thing_of(scene, t);
+  const Thing& thing = scene.things[k];
+  const Eigen::Vector3i corner = scene.triangles[t] - Eigen::Vector3i::Constant(scene.first_vertex[k]);
+  const Vector3f w(1.0f - seen.weights[i].sum(), seen.weights[i].x(), seen.weights[i].y());
+  Vector3f position = Vector3f::Zero(), normal = Vector3f::Zero();
+  for (int c = 0; c < 3; ++c) {
+    position += w[c] * thing.mesh->vertices[corner[c]].cast<float>();
+    normal += w[c] * thing.mesh->normals[corner[c]].cast<float>();
+  }
+  const Vector3f albedo = thing.appearance->albedo(material_of(scene, t), position, normal, seen.depth[i] / focal);
+  normal.normalize();
+  return irradiance(thing.world_from_thing.rotation.toRotationMatrix().cast<float>() * normal) * albedo;
 }
 
 // Linear radiance, CV_32FC3 BGR, of an instant.
 cv::Mat radiance(const Capture& capture, double time, const Camera& camera) {
   const Pose cam_from_world = capture.trajectory.cam_from_world(time);
-  const Pose world_from_subject = capture.trajectory.world_from_subject(time);
-  const Scene scene = scene_at(capture, world_from_subject);
+  const Scene scene = scene_at(capture, time, capture.trajectory.world_from_subject(time));
   const VisibilityBuffer seen = rasterise(scene.vertices, scene.triangles, camera, cam_from_world);
-  const Eigen::Matrix3f turned = world_from_subject.rotation.toRotationMatrix().cast<float>();
-  const auto subject_triangles = static_cast<int>(capture.subject.mesh.triangles.size());
+  Scene reflected;
+  VisibilityBuffer in_mirror;
+  if (capture.room.mirror) {
+    reflected = scene;
+    in_mirror = rasterise_reflection(reflected, *capture.room.mirror, camera, cam_from_world);
+  }
   const auto focal = static_cast<float>(camera.fx);
   cv::Mat image(camera.height, camera.width, CV_32FC3, cv::Scalar::all(0));
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
       const std::size_t i = seen.index(x, y);
-      const int t = seen.triangle[i];
-      if (t < 0) continue;
-      const bool on_subject = t < subject_triangles;
-      const TriangleMesh& mesh = on_subject ? capture.subject.mesh : capture.room.mesh;
-      const int local = on_subject ? t : t - subject_triangles;
-      const Eigen::Vector3i& corner = mesh.triangles[local];
-      const Vector3f w(1.0f - seen.weights[i].sum(), seen.weights[i].x(), seen.weights[i].y());
-      Vector3f position = Vector3f::Zero(), normal = Vector3f::Zero();
-      for (int k = 0; k < 3; ++k) {
-        position += w[k] * mesh.vertices[corner[k]].cast<float>();
-        normal += w[k] * mesh.normals[corner[k]].cast<float>();
-      }
-      const Material material = on_subject ? capture.subject.materials[local] : capture.room.materials[local];
-      const Vector3f albedo = capture.appearance.albedo(material, position, normal, seen.depth[i] / focal);
-      normal.normalize();
-      const Vector3f light = irradiance(on_subject ? Vector3f(turned * normal) : normal) * albedo;
+      if (seen.triangle[i] < 0) continue;
+      const bool mirrors = capture.room.mirror && material_of(scene, seen.triangle[i]) == Material::mirror;
+      const Vector3f light = mirrors ? 0.9f * shade(reflected, in_mirror, i, focal) : shade(scene, seen, i, focal);
       image.at<cv::Vec3f>(y, x) = {light.z(), light.y(), light.x()};
     }
   }
@@ -141,11 +204,6 @@ cv::Mat develop(const cv::Mat& linear, double gain, double noise, std::uint64_t 
   return image;
 }
 
-double azimuth_of(const Pose& cam_from_world) {
-  const Vector3d c = centre_of(cam_from_world);
-  return std::atan2(c.x(), c.z());
-}
-
 }  // namespace
 
 Capture make_capture(const CaptureOptions& options) {
@@ -166,8 +224,12 @@ Capture make_capture(const CaptureOptions& options) {
   subject.cell = options.cell;
   subject.seed = options.seed;
   capture.subject = make_subject(subject);
-  capture.room = make_room(options.seed);
-  capture.appearance = Appearance(options.seed, options.stature / 1.70);
+  capture.room = make_room(options.seed, {}, options.trouble);
+  capture.appearance = Appearance(options.seed, options.stature / 1.70, {}, options.trouble);
+  if (options.trouble.passer_by) {
+    const std::uint64_t other = hash(options.seed, 71);
+    capture.passer_by = PasserBy{make_subject({.cell = options.cell, .seed = other}), Appearance(other)};
+  }
   TrajectoryOptions path;
   path.sequence = options.sequence;
   path.duration = options.frames / options.fps;
@@ -176,6 +238,7 @@ Capture make_capture(const CaptureOptions& options) {
   path.sway_deg = options.sway_deg;
   path.stop = options.stop;
   path.rush = options.rush;
+  path.arc_deg = options.trouble.arc_deg;
   path.seed = options.seed;
   capture.trajectory = Trajectory(path);
   const Trajectory& trajectory = capture.trajectory;
@@ -223,7 +286,7 @@ cv::Mat render_frame(const Capture& capture, int index) {
 
 cv::Mat render_mask(const Capture& capture, int index) {
   const FrameTruth& frame = capture.frames[index];
-  const Scene scene = scene_at(capture, frame.world_from_subject);
+  const Scene scene = scene_at(capture, frame.time, frame.world_from_subject);
   const VisibilityBuffer seen = rasterise(scene.vertices, scene.triangles, capture.camera, frame.cam_from_world);
   const auto subject_triangles = static_cast<int>(capture.subject.mesh.triangles.size());
   cv::Mat mask(seen.height, seen.width, CV_8U, cv::Scalar(0));

@@ -8,9 +8,11 @@
 #include "tests/synthetic/room.h"
 #include "tests/synthetic/subject.h"
 #include "tests/synthetic/trajectory.h"
+#include "tests/synthetic/trouble.h"
 
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +34,7 @@ struct CaptureOptions {
   bool rush = true;              // and hurries once; those frames are blurred by motion
   int samples = 1;               // a pixel's side, in rays: 2 smooths edges and takes four times as long
   double cell = 0.012;           // size of the subject's mesh cells, metres
+  Trouble trouble;
   std::uint64_t seed = 1;
 };
 
@@ -50,12 +53,19 @@ struct FrameTruth {
   std::string segment;
 };
 
+// Somebody else in the room, in other clothes.
+struct PasserBy {
+  Subject subject;
+  Appearance appearance{1};
+};
+
 struct Capture {
   CaptureOptions options;
   Camera camera;
   Subject subject;  // in its own axes: frame i shows it moved by frames[i].world_from_subject
   Room room;
   Appearance appearance{1};
+  std::optional<PasserBy> passer_by;
   Trajectory trajectory{{}};
   std::vector<FrameTruth> frames;
 };

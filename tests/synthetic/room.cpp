@@ -47,7 +47,7 @@ void add_box(Room& room, const Vector3d& foot, const Vector3d& size, double yaw)
 
 }  // namespace
 
-Room make_room(std::uint64_t seed, const RoomSize& size) {
+Room make_room(std::uint64_t seed, const RoomSize& size, const Trouble& trouble) {
   Room room;
   const double w = size.half_width, d = size.half_depth, h = size.height;
   constexpr double cell = 0.25;
@@ -57,6 +57,12 @@ Room make_room(std::uint64_t seed, const RoomSize& size) {
   add_patch(room, {w, 0, d}, {-2 * w, 0, 0}, {0, h, 0}, Material::wall, cell);
   add_patch(room, {-w, 0, d}, {0, 0, -2 * d}, {0, h, 0}, Material::wall, cell);
   add_patch(room, {w, 0, -d}, {0, 0, 2 * d}, {0, h, 0}, Material::wall, cell);
+  constexpr double door_half_width = 1.5, door_height = 2.1, plinth = 0.06;
+  if (trouble.mirror) {
+    add_patch(room, {w - 0.002, plinth, -door_half_width}, {0, 0, 2 * door_half_width}, {0, door_height, 0},
+              Material::mirror, cell);
+    room.mirror = Eigen::Hyperplane<double, 3>(-Vector3d::UnitX(), Vector3d(w, 0, 0));
+  }
   // Against the walls, outside the camera's rings.
   for (int i = 0; i < 9; ++i) {
     std::uint64_t bits = hash(seed, static_cast<std::uint64_t>(300 + i));
@@ -66,8 +72,10 @@ Room make_room(std::uint64_t seed, const RoomSize& size) {
     };
     const double angle = (i + next(0.2, 0.8)) * 2 * M_PI / 9;
     const double radius = next(2.85, 3.05);
-    add_box(room, {radius * std::sin(angle), 0, radius * std::cos(angle)},
-            {next(0.25, 0.5), next(0.3, 1.3), next(0.25, 0.4)}, angle + next(-0.4, 0.4));
+    const Vector3d foot(radius * std::sin(angle), 0, radius * std::cos(angle));
+    if (trouble.white_half && foot.x() < 0.3) continue;
+    if (trouble.mirror && foot.x() > 0 && std::abs(foot.z()) < door_half_width + 0.3) continue;
+    add_box(room, foot, {next(0.25, 0.5), next(0.3, 1.3), next(0.25, 0.4)}, angle + next(-0.4, 0.4));
   }
   return room;
 }

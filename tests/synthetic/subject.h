@@ -12,7 +12,7 @@
 namespace gyre::synthetic {
 
 // What a piece of the surface is made of.
-enum class Material : std::uint8_t { skin, face, hair, sweater, trousers, shoe, floor, ceiling, wall, box };
+enum class Material : std::uint8_t { skin, face, hair, sweater, trousers, shoe, floor, ceiling, wall, box, mirror };
 
 struct NamedJoint {
   std::string name;    // as in the Mixamo skeleton: "Hips", "LeftArm", ...

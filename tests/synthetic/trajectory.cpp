@@ -36,10 +36,12 @@ Vector3d around(const Vector3d& centre, double azimuth, double elevation, double
                                     std::cos(elevation) * std::cos(azimuth));
 }
 
-// Two rings, the first at the height of the face and the second at the height of the thighs, with a short way between.
-Look body_look(double u) {
+// Two rings, the first at the height of the face and the second at the height of the thighs, with a short way between;
+// with an arc given, the second is walked backwards.
+Look body_look(double u, double arc_deg) {
   const double down = smooth((u - 0.50) / 0.06);
-  const double azimuth = (-8 + 760 * u) * degree;
+  const double folded = u < 0.53 ? u / 0.53 : (1 - u) / 0.47;
+  const double azimuth = (-8 + (arc_deg > 0 ? arc_deg * folded : 760 * u)) * degree;
   const double radius = 2.2 + 0.05 * std::sin(5 * azimuth / 3);
   return {around({0, 1.50 - 0.78 * down, 0}, azimuth, 0, radius), {0, 1.14 - 0.52 * down, 0}};
 }
@@ -99,7 +101,7 @@ double Trajectory::wander(double time, int channel) const {
 
 Pose Trajectory::cam_from_world(double time) const {
   const double u = progress(time);
-  Look look = options_.sequence == Sequence::orbit_body   ? body_look(u)
+  Look look = options_.sequence == Sequence::orbit_body   ? body_look(u, options_.arc_deg)
               : options_.sequence == Sequence::orbit_head ? head_look(u)
                                                           : turn_look();
   if (options_.sequence == Sequence::turn) return look_at(look.eye, look.target);

@@ -20,6 +20,7 @@ struct TrajectoryOptions {
   double sway_deg = 0.0;    // largest lean of the subject about its soles
   bool stop = false;        // the operator stands still for 5 % of the time
   bool rush = false;        // and walks three times too fast for 5 % of it
+  double arc_deg = 0.0;     // as in Trouble
   std::uint64_t seed = 1;
 };
 

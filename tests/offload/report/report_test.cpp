@@ -206,6 +206,22 @@ TEST_F(Report, a_measured_height_is_shown_and_compared_with_the_given_one) {
             std::string::npos);
 }
 
+TEST_F(Report, an_open_ring_is_said_in_words) {
+  add_cameras();
+  const auto page_with = [&](const char* scene) {
+    EXPECT_TRUE(write_file(bundle().work("cameras") / "scene.json", scene));
+    return make_page();
+  };
+  const std::string open = page_with(R"({"ring":{"closed":false,"covered_deg":268.4,"largest_gap_deg":91.6}})");
+  EXPECT_EQ(first_fault(open), "");
+  EXPECT_NE(open.find("the camera saw it from 268 of 360 degrees"), std::string::npos);
+  EXPECT_NE(page_with(R"({"ring":{"closed":false,"covered_deg":345,"largest_gap_deg":15}})").find("is not closed"),
+            std::string::npos);
+  EXPECT_EQ(page_with(R"({"ring":{"closed":true,"covered_deg":360,"largest_gap_deg":15}})").find("The way around"),
+            std::string::npos);
+  EXPECT_EQ(page_with(R"({"ring":"all"})").find("The way around"), std::string::npos);
+}
+
 TEST_F(Report, damaged_parts_become_warnings) {
   add_cameras();
   add_stage("fit");
