@@ -272,18 +272,19 @@ using Strings = std::vector<std::string>;
 TEST(coverage_plot, holes_are_named_as_a_person_would) {
   const json ahead = {{"yaw_deg", 0}};
   // Sector 3 lies towards +X, the left of a subject that faces +Z.
-  const json knee = coverage_with({hole(2, 3, "not filmed")});
+  const json knee = coverage_with(json::array({hole(2, 3, "not filmed")}));
   EXPECT_EQ(sentences_for(knee, ahead),
             Strings{"Left side, knee height: hardly seen; no picture looks at it squarely."});
   EXPECT_EQ(sentences_for(knee, {{"yaw_deg", 90}}),
             Strings{"Front, knee height: hardly seen; no picture looks at it squarely."});
   EXPECT_EQ(sentences_for(knee, nullptr),
             Strings{"The side at 90\u00b0, knee height: hardly seen; no picture looks at it squarely."});
-  EXPECT_EQ(sentences_for(coverage_with({hole(3, 9, "not matched", "inner")}), ahead),
+  EXPECT_EQ(sentences_for(coverage_with(json::array({hole(3, 9, "not matched", "inner")})), ahead),
             Strings{"Right side, thigh height, what faces inwards: hardly seen, though pictures look at it (dark, "
                     "shiny or plain?)."});
-  EXPECT_EQ(sentences_for(coverage_with({{{"crown", true}, {"kind", "not filmed"}, {"side", "outer"}}}), ahead),
-            Strings{"The crown: hardly seen; no picture looks at it squarely."});
+  EXPECT_EQ(
+      sentences_for(coverage_with(json::array({{{"crown", true}, {"kind", "not filmed"}, {"side", "outer"}}})), ahead),
+      Strings{"The crown: hardly seen; no picture looks at it squarely."});
   EXPECT_EQ(sentences_for(coverage_with(json::array()), ahead), Strings());
 }
 
@@ -318,7 +319,7 @@ TEST(coverage_plot, a_file_without_sense_gives_nothing) {
 TEST_F(Report, shows_the_coverage_and_warns_of_holes) {
   add_cameras();
   add_stage("cloud");
-  const json coverage = coverage_with({hole(2, 3, "not filmed")});
+  const json coverage = coverage_with(json::array({hole(2, 3, "not filmed")}));
   ASSERT_TRUE(write_file(bundle().work("cloud") / "coverage.json", coverage.dump()));
   const std::string html = make_page();
   EXPECT_EQ(first_fault(html), "");
