@@ -2,7 +2,7 @@
 #include "offload/fit/coarse_fit.h"
 
 #include "common/parallel/parallel.h"
-#include "offload/fit/body_jacobian.h"
+#include "offload/body/body_jacobian.h"
 #include "offload/fit/cloud_preparation.h"
 #include "offload/fit/pose_prior.h"
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "common/log/log.h"
-#include "offload/fit/body_state.h"
+#include "offload/body/body_state.h"
 #include "offload/fit/correspondences.h"
 #include "offload/fit/point_index.h"
 

@@ -2,7 +2,7 @@
 // How somebody stands, read off the cloud without landmarks, and the body that stands like that.
 #pragma once
 
-#include "offload/fit/body_state.h"
+#include "offload/body/body_state.h"
 #include "offload/fit/point_index.h"
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "offload/fit/body_jacobian.h"
+#include "offload/body/body_jacobian.h"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 // Exact derivatives of a skinned vertex by translation, size, joint rotations and shape.
 #pragma once
 
-#include "offload/fit/body_state.h"
+#include "offload/body/body_state.h"
 
 #include <Eigen/Core>
 #include <vector>
