@@ -3,6 +3,7 @@
 
 #include "offload/body/body_measures.h"
 #include "offload/body/humanoid.h"
+#include "offload/body/joint_anatomy.h"
 #include "offload/body/joint_regressor.h"
 #include "offload/body/template_parts.h"
 #include "offload/body/template_tools.h"
@@ -210,15 +211,38 @@ std::vector<int> regressor_vertices(const BodyTemplate& body, int bone) {
   return vertices;
 }
 
+// Where each humanoid bone's joint should be in each of the bodies: where the source rig has it, but for the pelvis.
+std::vector<Eigen::MatrixXd> wanted_joints(const Sources& sources,
+                                           const std::vector<std::vector<Eigen::Vector3f>>& bodies) {
+  std::vector<Eigen::MatrixXd> wanted;
+  const auto rows = static_cast<Eigen::Index>(bodies.size());
+  for (const HumanoidBone& bone : humanoid_bones()) {
+    const std::vector<int> cube = joint_vertices(sources, bone.name);
+    wanted.emplace_back(Eigen::MatrixXd::Zero(rows, 3));
+    for (Eigen::Index s = 0; s < rows; ++s)
+      for (int v : cube)
+        wanted.back().row(s) += bodies[s][v].cast<double>().transpose() / static_cast<double>(cube.size());
+  }
+  const int hips = humanoid_bone("hips"), spine = humanoid_bone("spine");
+  const int left = humanoid_bone("leftUpperLeg"), right = humanoid_bone("rightUpperLeg");
+  for (Eigen::Index s = 0; s < rows; ++s) {
+    const std::span<const Eigen::Vector3f> skin(bodies[s].data(), BaseRanges::body);
+    for (const int side : {left, right})
+      wanted[side].row(s) = hip_centre(wanted[side].row(s).transpose(), skin).transpose();
+    wanted[hips].row(s) = pelvis_centre(wanted[left].row(s).transpose(), wanted[right].row(s).transpose(),
+                                        wanted[spine].row(s).transpose())
+                              .transpose();
+  }
+  return wanted;
+}
+
 void fit_joints(BodyTemplate& body, const Sources& sources, const Eigen::MatrixXf& samples,
                 const std::vector<std::vector<Eigen::Vector3f>>& bodies) {
   double worst = 0, sum = 0;
   std::string worst_name;
+  const std::vector<Eigen::MatrixXd> all_wanted = wanted_joints(sources, bodies);
   for (std::size_t j = 0; j < humanoid_bones().size(); ++j) {
-    const std::vector<int> cube = joint_vertices(sources, humanoid_bones()[j].name);
-    Eigen::MatrixXd wanted = Eigen::MatrixXd::Zero(samples.rows(), 3);
-    for (Eigen::Index s = 0; s < samples.rows(); ++s)
-      for (int v : cube) wanted.row(s) += bodies[s][v].cast<double>().transpose() / static_cast<double>(cube.size());
+    const Eigen::MatrixXd& wanted = all_wanted[j];
     const auto candidates = vertices_around(body.mesh.vertices, regressor_vertices(body, static_cast<int>(j)),
                                             wanted.colwise().mean().transpose(), 64);
     const JointRegressor fitted = fit_regressor(samples, candidates, wanted);

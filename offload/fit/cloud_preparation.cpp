@@ -69,6 +69,18 @@ std::vector<int> connected_groups(const std::vector<Cell>& cells) {
   return group;
 }
 
+// How far a point can be relied on, in (0, 1]: its confidence, and less where its own deviation is large.
+double evidence(const PointCloud& cloud, std::size_t i) {
+  constexpr double least = 0.02, good = 0.004;  // metres
+  double weight = 1.0;
+  if (!cloud.confidence.empty()) weight = std::min(static_cast<double>(cloud.confidence[i]), 1.0);
+  if (!cloud.deviation.empty()) {
+    const double deviation = cloud.deviation[i];
+    if (std::isfinite(deviation)) weight *= good * good / (good * good + deviation * deviation);
+  }
+  return weight > least ? weight : least;  // also when it is not a number
+}
+
 }  // namespace
 
 Result<OrientedPoints> prepare_cloud(const PointCloud& cloud, const PreparationOptions& options) {
@@ -85,6 +97,7 @@ Result<OrientedPoints> prepare_cloud(const PointCloud& cloud, const PreparationO
     if (p.y() < options.floor_height && n.y() > 0.8) continue;
     finite.positions.push_back(p);
     finite.normals.push_back(n);
+    finite.weights.push_back(evidence(cloud, i));
   }
   if (finite.positions.empty()) return fail("the cloud of the subject holds no usable point above the floor");
 
@@ -98,6 +111,7 @@ Result<OrientedPoints> prepare_cloud(const PointCloud& cloud, const PreparationO
     if (size[group[grid.cell_of_point[i]]] < smallest) continue;
     kept.positions.push_back(finite.positions[i]);
     kept.normals.push_back(finite.normals[i]);
+    kept.weights.push_back(finite.weights[i]);
   }
   return kept;
 }
@@ -107,6 +121,7 @@ OrientedPoints thin(const OrientedPoints& points, double cell) {
   // Up to two representatives a cell, for the two sides of something thin.
   struct Sum {
     Eigen::Vector3d position = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero(), first_normal;
+    double weight = 0.0;
     int count = 0;
     std::size_t first = 0;
   };
@@ -119,19 +134,22 @@ OrientedPoints thin(const OrientedPoints& points, double cell) {
       sum.first_normal = points.normals[i];
       sum.first = i;
     }
-    sum.position += points.positions[i];
-    sum.normal += points.normals[i];
+    const double weight = points.weight(i);
+    sum.position += weight * points.positions[i];
+    sum.normal += weight * points.normals[i];
+    sum.weight += weight;
     ++sum.count;
   }
   std::vector<const Sum*> ordered;
   for (const auto& cell_sums : sums)
     for (const Sum& sum : cell_sums)
-      if (sum.count > 0 && sum.normal.norm() > 1e-6) ordered.push_back(&sum);
+      if (sum.count > 0 && sum.normal.norm() > 1e-6 * sum.weight) ordered.push_back(&sum);
   std::sort(ordered.begin(), ordered.end(), [](const Sum* a, const Sum* b) { return a->first < b->first; });
   OrientedPoints thinned;
   for (const Sum* sum : ordered) {
-    thinned.positions.emplace_back(sum->position / sum->count);
+    thinned.positions.emplace_back(sum->position / sum->weight);
     thinned.normals.push_back(sum->normal.normalized());
+    thinned.weights.push_back(sum->weight / sum->count);
   }
   return thinned;
 }

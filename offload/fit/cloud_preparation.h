@@ -17,11 +17,13 @@ struct PreparationOptions {
   double floor_height = 0.03;     // metres; upward facing points below it are floor
 };
 
-// The points of the subject. Errors: an empty cloud, a cloud without normals, numbers that are not finite throughout.
+// The points of the subject, weighed by the cloud's confidence and deviation where it has them. Errors: an empty cloud,
+// a cloud without normals, numbers that are not finite throughout.
 Result<OrientedPoints> prepare_cloud(const PointCloud& cloud, const PreparationOptions& options = {});
 
-// One point for every occupied cell of a grid: the mean of its points, with the mean of the normals. Points whose
-// normals oppose each other (both sides of a sleeve) stay apart. In the order of the first point of each cell.
+// One point for every occupied cell of a grid: the weighted mean of its points and normals, with the mean weight.
+// Points whose normals oppose each other (both sides of a sleeve) stay apart. In the order of the first point of each
+// cell.
 OrientedPoints thin(const OrientedPoints& points, double cell);
 
 // The grid cell at which `thin` leaves about `count` points (within a tenth, where the cloud allows).

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/fit/coarse_fit.h"
 
+#include "common/geometry/pose.h"
 #include "common/parallel/parallel.h"
 #include "offload/body/body_jacobian.h"
 #include "offload/fit/cloud_preparation.h"
 #include "offload/fit/pose_prior.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <cmath>
 
 namespace gyre {
@@ -89,8 +91,52 @@ void weigh(std::vector<Match>& matches, const BodyTemplate& body, const PosedBod
     Eigen::Vector3d x = Eigen::Vector3d::Zero();
     for (int k = 0; k < 3; ++k) x += m.weights[k] * posed.vertices[m.corners[k]];
     const double ratio = width * width / (width * width + (x - m.target).squaredNorm());
-    m.weight = ratio * ratio * (m.offset <= 0 ? 1.0 : hair ? options.hair_weight : options.clothes_weight);
+    m.weight *= ratio * ratio * (m.offset <= 0 ? 1.0 : hair ? options.hair_weight : options.clothes_weight);
   }
+}
+
+// Squared Mahalanobis distances of the landmarks, each with a Geman-McClure weight of `width` standard deviations.
+void add_landmarks(const std::vector<LandmarkTarget>& landmarks, const BodyJacobian& jacobian, const PosedBody& posed,
+                   double width, NormalEquations& equations) {
+  Eigen::Matrix3Xd at_point(3, jacobian.parameters());
+  for (const LandmarkTarget& l : landmarks) {
+    at_point.setZero();
+    jacobian.add_vertex(l.vertex, 1.0, at_point);
+    const Eigen::Vector3d residual = posed.vertices[l.vertex] - l.position;
+    const double ratio = width * width / (width * width + residual.dot(l.information * residual));
+    const Eigen::MatrixX3d weighted = ratio * ratio * at_point.transpose() * l.information;
+    equations.hessian += weighted * at_point;
+    equations.gradient += weighted * residual;
+  }
+}
+
+// Whether the landmarks hold most of a body and not only a face or a hand.
+bool span_body(const std::vector<LandmarkTarget>& landmarks) {
+  constexpr double span = 0.6;  // metres
+  Eigen::AlignedBox3d box;
+  for (const LandmarkTarget& l : landmarks) box.extend(l.position);
+  return landmarks.size() >= 6 && box.diagonal().norm() > span;
+}
+
+// The state moved, turned and scaled so that its landmarks lie best on theirs (closed form).
+BodyState moved_to_landmarks(const BodyTemplate& body, const std::vector<LandmarkTarget>& landmarks,
+                             const BodyState& state) {
+  const PosedBody posed = evaluate(body, state);
+  std::vector<Eigen::Vector3d> from, to;
+  for (const LandmarkTarget& l : landmarks) {
+    from.push_back(posed.vertices[l.vertex]);
+    to.push_back(l.position);
+  }
+  const auto motion = align_points(to, from);
+  if (!motion || !(motion->scale > 0)) return state;
+  BodyState moved = state;
+  moved.scale *= motion->scale;
+  moved.pose.rotations[0] =
+      rotation_vector_of(motion->rotation.toRotationMatrix() * rotation_of(state.pose.rotations[0]));
+  // The root joint is where everything turns and where the scale moves it to.
+  const Eigen::Vector3d& root = posed.rest_joints[0];
+  moved.pose.translation = *motion * (root + state.pose.translation) - motion->scale * root;
+  return moved;
 }
 
 double misfit_of(const std::vector<Match>& matches, const PosedBody& posed, std::size_t asked, double radius) {
@@ -118,30 +164,62 @@ void limit_step(Eigen::VectorXd& step, const BodyJacobian& jacobian) {
 }  // namespace
 
 CoarseFit fit_coarse(const BodyTemplate& body, const OuterSurface& outer, const OrientedPoints& cloud,
-                     const BodyState& start, const CoarseFitOptions& options, const Progress& progress) {
+                     const std::vector<LandmarkTarget>& landmarks, const BodyState& start,
+                     const CoarseFitOptions& options, const Progress& progress) {
   const OrientedPoints points = thin(cloud, cell_for_count(cloud, options.cloud_points));
   const PointIndex cloud_index(points);
   const std::vector<int> vertices = thinned_vertices(body, outer, options.surface_cell);
-  const PosePrior prior = standing_prior(body, start.pose);
+  const bool held = span_body(landmarks);
+  CoarseFit fit{held ? moved_to_landmarks(body, landmarks, start) : start};
+  const PosePrior prior = standing_prior(body, fit.state.pose);
   const int shapes = static_cast<int>(body.shapes.size());
   BodyJacobian jacobian(body, prior.joints, shapes);
 
-  CoarseFit fit{start};
+  // Adds the priors and takes the step; false when there is none.
+  const auto solve = [&](NormalEquations& equations, double shape_weight) {
+    add_prior(prior, fit.state.pose, jacobian.joint_column(0), 0.03, equations.hessian, equations.gradient);
+    const double scale_weight = 1.0 / (options.scale_deviation * options.scale_deviation);
+    equations.hessian(3, 3) += scale_weight;
+    equations.gradient[3] += scale_weight * std::log(fit.state.scale / options.mean_scale);
+    for (int s = 0; s < shapes; ++s) {
+      equations.hessian(jacobian.shape_column() + s, jacobian.shape_column() + s) += shape_weight;
+      equations.gradient[jacobian.shape_column() + s] += shape_weight * fit.state.shape[s];
+    }
+    equations.hessian.diagonal() *= 1.0 + 1e-4;
+    equations.hessian.diagonal().array() += 1e-9;
+    Eigen::VectorXd step = equations.hessian.ldlt().solve(-equations.gradient);
+    if (!step.allFinite()) return false;
+    limit_step(step, jacobian);
+    fit.state = jacobian.stepped(fit.state, step);
+    return true;
+  };
+
+  const int first = held ? options.landmark_iterations : 0;
+  // What landmarks hold is near already; a wider search would find the trunk for a missing arm.
+  const double first_radius = held ? 0.4 * options.first_radius : options.first_radius;
+  constexpr double firm = 100.0;  // weight of the shape's prior while the pose is still far off
+  for (int i = 0; i < first; ++i) {
+    const PosedBody posed = evaluate(body, fit.state);
+    jacobian.linearise(fit.state, posed);
+    NormalEquations equations(jacobian.parameters());
+    // Wide at first: nothing is an outlier before the body is there.
+    add_landmarks(landmarks, jacobian, posed, 30.0 * std::pow(0.2, static_cast<double>(i) / first), equations);
+    if (!solve(equations, firm)) break;
+  }
+
   const auto matches_of = [&](const PosedBody& posed, const MatchGate& gate, std::vector<Match>& to_surface,
                               std::vector<Match>& to_cloud) {
     const SearchableSurface surface(outer, posed.vertices, posed.normals);
     to_surface = match_cloud(points, surface, gate, options.threads);
     to_cloud = match_vertices(vertices, surface, cloud_index, gate, gate.radius, options.threads);
   };
-
   std::vector<Match> to_surface, to_cloud;
   for (int i = 0; i < options.iterations; ++i) {
     const double progressed = static_cast<double>(i) / options.iterations;
     if (progress) progress(progressed, "fitting pose and shape");
     // The first third settles the pose with everything in reach, the second brings the shape in, the last refines.
     const double radius =
-        std::max(options.last_radius,
-                 options.first_radius * std::pow(options.last_radius / options.first_radius, progressed / 0.7));
+        std::max(options.last_radius, first_radius * std::pow(options.last_radius / first_radius, progressed / 0.7));
     const MatchGate gate{radius, progressed < 0.2 ? 0.0 : options.min_cosine, 8};
     const PosedBody posed = evaluate(body, fit.state);
     matches_of(posed, gate, to_surface, to_cloud);
@@ -151,29 +229,16 @@ CoarseFit fit_coarse(const BodyTemplate& body, const OuterSurface& outer, const 
     matches.insert(matches.end(), to_cloud.begin(), to_cloud.end());
     double total = 0.0;
     for (const Match& m : matches) total += m.weight;
-    if (!(total > 0)) break;
+    if (!(total > 0) && landmarks.empty()) break;
 
     jacobian.linearise(fit.state, posed);
     NormalEquations equations = data_equations(jacobian, posed, matches, options.slide_weight, options.threads);
-    const double unit = options.data_count / (total * options.data_deviation * options.data_deviation);
+    const double unit =
+        total > 0 ? options.data_count / (total * options.data_deviation * options.data_deviation) : 0.0;
     equations.hessian *= unit;
     equations.gradient *= unit;
-    add_prior(prior, fit.state.pose, jacobian.joint_column(0), 0.03, equations.hessian, equations.gradient);
-    const double scale_weight = 1.0 / (options.scale_deviation * options.scale_deviation);
-    equations.hessian(3, 3) += scale_weight;
-    equations.gradient[3] += scale_weight * std::log(fit.state.scale / options.mean_scale);
-    // While the pose is still far off, the shape is held by a tighter prior.
-    const double shape_weight = progressed < 0.33 ? 100.0 : 1.0;
-    for (int s = 0; s < shapes; ++s) {
-      equations.hessian(jacobian.shape_column() + s, jacobian.shape_column() + s) += shape_weight;
-      equations.gradient[jacobian.shape_column() + s] += shape_weight * fit.state.shape[s];
-    }
-    equations.hessian.diagonal() *= 1.0 + 1e-4;
-    equations.hessian.diagonal().array() += 1e-9;
-    Eigen::VectorXd step = equations.hessian.ldlt().solve(-equations.gradient);
-    if (!step.allFinite()) break;
-    limit_step(step, jacobian);
-    fit.state = jacobian.stepped(fit.state, step);
+    add_landmarks(landmarks, jacobian, posed, 5.0, equations);
+    if (!solve(equations, progressed < 0.33 ? firm : 1.0)) break;
   }
 
   const PosedBody posed = evaluate(body, fit.state);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/fit/correspondences.h"
 
+#include "common/mesh/closest_point.h"
 #include "common/mesh/triangle.h"
 #include "common/parallel/parallel.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <optional>
 
@@ -39,6 +41,33 @@ OrientedPoints outer_points(const OuterSurface& outer, std::span<const Eigen::Ve
   return points;
 }
 
+// Whether light gets to a vertex of the rest pose: some of the rays spread about its normal leave the template. Insides
+// of lips, lids, nostrils and ears, and what lies between fingers or toes, never show, and a match there is a mistake.
+std::vector<bool> exposed(const BodyTemplate& body, int vertex_count) {
+  constexpr int rays = 16;
+  constexpr double near = 2e-4, far = 0.05;  // metres; what is farther leaves room for a view
+  constexpr double least = 0.3;              // share of the rays
+  const ClosestPoint mesh(body.mesh);
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(body.mesh.vertices, body.mesh.triangles);
+  std::vector<bool> open(body.mesh.vertices.size(), false);
+  for (int v = 0; v < vertex_count; ++v) {
+    const Eigen::Vector3d& n = normals[v];
+    if (!(n.norm() > 0)) continue;
+    const Eigen::Vector3d side = n.unitOrthogonal(), other = n.cross(side);
+    int free = 0;
+    for (int i = 0; i < rays; ++i) {
+      // Cosine-weighted, by a golden spiral over the disc below the hemisphere.
+      const double radius = std::sqrt((i + 0.5) / rays), angle = 2.399963 * i;
+      const Eigen::Vector3d direction =
+          radius * std::cos(angle) * side + radius * std::sin(angle) * other + std::sqrt(1.0 - radius * radius) * n;
+      const auto hit = mesh.first_hit(body.mesh.vertices[v], direction, near);
+      if (!hit || hit->distance > far) ++free;
+    }
+    open[v] = free >= least * rays;
+  }
+  return open;
+}
+
 }  // namespace
 
 OuterSurface outer_surface(const BodyTemplate& body) {
@@ -46,7 +75,8 @@ OuterSurface outer_surface(const BodyTemplate& body) {
   const TemplatePart* part = body.part("body");
   const int vertex_count = part ? part->vertex_count : static_cast<int>(body.mesh.vertices.size());
   const int triangle_count = part ? part->triangle_count : static_cast<int>(body.mesh.triangles.size());
-  const auto inner = [&](int v) { return body.regions[v] == BodyRegion::inner; };
+  const std::vector<bool> open = exposed(body, vertex_count);
+  const auto inner = [&](int v) { return body.regions[v] == BodyRegion::inner || !open[v]; };
   for (int v = 0; v < vertex_count; ++v)
     if (!inner(v)) outer.vertices.push_back(v);
   outer.vertex_triangles.resize(body.mesh.vertices.size());
@@ -94,6 +124,7 @@ std::vector<Match> match_cloud(const OrientedPoints& cloud, const SearchableSurf
     best.normal /= length;
     best.offset /= length;
     best.target = p;
+    best.weight = cloud.weight(i);
     return best;
   });
 }
@@ -105,24 +136,26 @@ std::vector<Match> match_vertices(std::span<const int> vertices, const Searchabl
     const Eigen::Vector3d &x = surface.vertices[v], &n = surface.normals[v];
     // The plane is averaged over the compatible neighbours near the first one: that takes the noise off.
     Eigen::Vector3d mean = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
-    double first = -1.0;
+    double first = -1.0, weight = 0.0;
     int count = 0;
     for (const Neighbour& neighbour : cloud.nearest(x, gate.candidates)) {
       if (neighbour.distance > gate.radius || (count > 0 && neighbour.distance > first + max_slide)) break;
       const Eigen::Vector3d& point_normal = cloud.points().normals[neighbour.index];
       if (point_normal.dot(n) < gate.min_cosine) continue;
       if (count == 0) first = neighbour.distance;
-      mean += cloud.points().positions[neighbour.index];
-      normal += point_normal;
+      const double w = cloud.points().weight(neighbour.index);
+      mean += w * cloud.points().positions[neighbour.index];
+      normal += w * point_normal;
+      weight += w;
       ++count;
     }
     if (count == 0 || !(normal.norm() > 0)) return std::nullopt;
-    mean /= count;
+    mean /= weight;
     normal.normalize();
     const double along = normal.dot(mean - x);
     if ((mean - x - along * normal).norm() > max_slide) return std::nullopt;
     const Eigen::Vector3d target = x + along * normal;
-    return Match{{v, v, v}, {1, 0, 0}, target, n, n.dot(target - x)};
+    return Match{{v, v, v}, {1, 0, 0}, target, n, n.dot(target - x), weight / count};
   });
 }
 

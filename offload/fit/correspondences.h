@@ -11,7 +11,7 @@
 
 namespace gyre {
 
-// The outside of the template: what a camera could see. Vertex and triangle ids are the template's.
+// The outside of the template: what a camera could see of it in some pose. Vertex and triangle ids are the template's.
 struct OuterSurface {
   std::vector<int> vertices;
   std::vector<Eigen::Vector3i> triangles;          // the body part's, without the inner ones
@@ -26,7 +26,7 @@ struct Match {
   Eigen::Vector3d target = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // of the surface at that point, unit
   double offset = 0.0;                               // metres the target lies outside of the surface
-  double weight = 1.0;
+  double weight = 1.0;                               // of the cloud's evidence
 };
 
 // The surface in one pose, ready to be searched.

@@ -24,6 +24,7 @@ struct Edge {
   Eigen::Vector3d reference;      // D_e xbar
   double area = 0.0;
   double stiffness = 1.0;
+  double membrane = 0.0;  // squared: metres of EdgeLaplacian's over the edge's length in the reference
 };
 
 // He and Schaefer 2013, eq. 4. p1 p3 is the edge.
@@ -86,9 +87,10 @@ struct EdgeLaplacian::System {
   std::vector<Eigen::Matrix3d> rotations;      // per edge
   std::vector<std::vector<int>> vertex_edges;  // edges that end at the vertex
   double total_area = 0.0;
-  double membrane = 0.0;
-  Matrix regulariser;  // sum A_e (D_e^T D_e + membrane), lower triangle, over the total area
-  Eigen::SimplicialLDLT<Matrix, Eigen::Lower> solver;  // its analysis is kept
+  Matrix regulariser;           // sum A_e (D_e^T D_e + membrane), lower triangle, over the total area
+  std::vector<double> weights;  // of the last factorisation, as is the stiffness
+  double stiffness = 0.0;
+  Eigen::SimplicialLDLT<Matrix, Eigen::Lower> solver;
 };
 
 EdgeLaplacian::EdgeLaplacian(std::vector<Eigen::Vector3d> reference, std::span<const Eigen::Vector3i> triangles,
@@ -97,11 +99,13 @@ EdgeLaplacian::EdgeLaplacian(std::vector<Eigen::Vector3d> reference, std::span<c
   System& s = *system_;
   assert(vertex_stiffness.empty() || vertex_stiffness.size() == reference.size());
   s.edges = make_edges(reference, triangles);
-  if (!vertex_stiffness.empty())
-    for (Edge& edge : s.edges)
-      edge.stiffness = 0.5 * (vertex_stiffness[edge.vertices[0]] + vertex_stiffness[edge.vertices[2]]);
+  for (Edge& edge : s.edges) {
+    const int a = edge.vertices[0], b = edge.vertices[2];
+    if (!vertex_stiffness.empty()) edge.stiffness = 0.5 * (vertex_stiffness[a] + vertex_stiffness[b]);
+    const double squared_length = (reference[a] - reference[b]).squaredNorm();
+    if (squared_length > 0) edge.membrane = membrane * membrane / squared_length;
+  }
   s.reference = std::move(reference);
-  s.membrane = membrane;
   s.rotations.assign(s.edges.size(), Eigen::Matrix3d::Identity());
   s.vertex_edges.resize(s.reference.size());
   for (std::size_t e = 0; e < s.edges.size(); ++e) {
@@ -121,9 +125,9 @@ EdgeLaplacian::EdgeLaplacian(std::vector<Eigen::Vector3d> reference, std::span<c
         if (edge.vertices[i] >= 0 && edge.vertices[k] >= 0)
           add(edge.vertices[i], edge.vertices[k], weight * edge.operator_row[i] * edge.operator_row[k]);
     const int a = edge.vertices[0], b = edge.vertices[2];
-    add(a, a, weight * membrane);
-    add(b, b, weight * membrane);
-    add(std::max(a, b), std::min(a, b), -weight * membrane);
+    add(a, a, weight * edge.membrane);
+    add(b, b, weight * edge.membrane);
+    add(std::max(a, b), std::min(a, b), -weight * edge.membrane);
   }
   for (std::size_t v = 0; v < s.reference.size(); ++v) add(static_cast<int>(v), static_cast<int>(v), 0.0);
   const auto n = static_cast<Eigen::Index>(s.reference.size());
@@ -152,47 +156,42 @@ void EdgeLaplacian::fit_rotations(std::span<const Eigen::Vector3d> x, int thread
   });
 }
 
-std::vector<Eigen::Vector3d> EdgeLaplacian::solve(std::span<const Match> matches, double stiffness,
-                                                  std::span<const Eigen::Vector3d> x) const {
+bool EdgeLaplacian::factorise(std::span<const double> weights, double stiffness) {
   System& s = *system_;
-  assert(x.size() == s.reference.size());
-  double total_weight = 0.0;
-  for (const Match& m : matches) total_weight += m.weight;
-  if (!(total_weight > 0)) return {x.begin(), x.end()};
-
-  const auto n = static_cast<Eigen::Index>(x.size());
+  assert(weights.size() == s.reference.size());
+  s.weights.assign(weights.begin(), weights.end());
+  s.stiffness = stiffness;
   System::Matrix matrix = stiffness * s.regulariser;
-  Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(n, 3);
+  for (std::size_t v = 0; v < weights.size(); ++v) {
+    const auto at = static_cast<Eigen::Index>(v);
+    matrix.coeffRef(at, at) += weights[v] + holding;
+  }
+  s.solver.factorize(matrix);
+  return s.solver.info() == Eigen::Success;
+}
+
+std::vector<Eigen::Vector3d> EdgeLaplacian::solve(std::span<const Eigen::Vector3d> targets,
+                                                  std::span<const Eigen::Vector3d> x) const {
+  const System& s = *system_;
+  assert(x.size() == s.reference.size() && targets.size() == s.reference.size());
+  const auto n = static_cast<Eigen::Index>(x.size());
+  Eigen::MatrixX3d right(n, 3);
+  for (Eigen::Index v = 0; v < n; ++v) {
+    right.row(v) = holding * x[v].transpose();
+    if (s.weights[v] > 0) right.row(v) += s.weights[v] * targets[v].transpose();
+  }
   for (std::size_t e = 0; e < s.edges.size(); ++e) {
     const Edge& edge = s.edges[e];
-    const double weight = stiffness * edge.stiffness * edge.area / s.total_area;
+    const double weight = s.stiffness * edge.stiffness * edge.area / s.total_area;
     const Eigen::RowVector3d bend = weight * (s.rotations[e] * edge.reference).transpose();
     for (int k = 0; k < 4; ++k)
       if (edge.vertices[k] >= 0) right.row(edge.vertices[k]) += edge.operator_row[k] * bend;
-    if (s.membrane > 0) {
-      const int a = edge.vertices[0], b = edge.vertices[2];
-      const Eigen::RowVector3d side =
-          weight * s.membrane * (s.rotations[e] * (s.reference[a] - s.reference[b])).transpose();
-      right.row(a) += side;
-      right.row(b) -= side;
-    }
+    const int a = edge.vertices[0], b = edge.vertices[2];
+    const Eigen::RowVector3d side =
+        weight * edge.membrane * (s.rotations[e] * (s.reference[a] - s.reference[b])).transpose();
+    right.row(a) += side;
+    right.row(b) -= side;
   }
-  for (const Match& m : matches) {
-    const double weight = m.weight / total_weight;
-    const bool vertex_only = m.weights[0] == 1.0;
-    for (int i = 0; i < (vertex_only ? 1 : 3); ++i) {
-      right.row(m.corners[i]) += weight * m.weights[i] * m.target.transpose();
-      for (int k = 0; k < (vertex_only ? 1 : 3); ++k)
-        if (m.corners[i] >= m.corners[k])
-          matrix.coeffRef(m.corners[i], m.corners[k]) += weight * m.weights[i] * m.weights[k];
-    }
-  }
-  for (Eigen::Index v = 0; v < n; ++v) {
-    matrix.coeffRef(v, v) += holding;
-    right.row(v) += holding * x[v].transpose();
-  }
-  s.solver.factorize(matrix);
-  if (s.solver.info() != Eigen::Success) return {x.begin(), x.end()};
   const Eigen::MatrixX3d solution = s.solver.solve(right);
   std::vector<Eigen::Vector3d> moved(x.size());
   for (Eigen::Index v = 0; v < n; ++v) moved[v] = solution.row(v).transpose();
@@ -209,7 +208,7 @@ double EdgeLaplacian::energy(std::span<const Eigen::Vector3d> x) const {
       if (edge.vertices[k] >= 0) bend += edge.operator_row[k] * x[edge.vertices[k]];
     const int a = edge.vertices[0], b = edge.vertices[2];
     const Eigen::Vector3d side = x[a] - x[b] - s.rotations[e] * (s.reference[a] - s.reference[b]);
-    sum += edge.stiffness * edge.area * (bend.squaredNorm() + s.membrane * side.squaredNorm());
+    sum += edge.stiffness * edge.area * (bend.squaredNorm() + edge.membrane * side.squaredNorm());
   }
   return sum / s.total_area;
 }

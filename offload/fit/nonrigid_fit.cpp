@@ -4,6 +4,7 @@
 #include "offload/fit/cloud_preparation.h"
 #include "offload/fit/edge_laplacian.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 namespace gyre {
@@ -30,9 +31,9 @@ double stiffness_of(BodyRegion region, const NonrigidFitOptions& options) {
   }
 }
 
-// Far pairs count less; both directions get the same sum of weights when complete.
+// Far pairs count less. Matches come with the confidence of their points, or of those around their vertex.
 void weigh(std::vector<Match>& matches, const BodyTemplate& body, const std::vector<Eigen::Vector3d>& x, double radius,
-           double share, double hand_weight) {
+           double hand_weight) {
   for (Match& m : matches) {
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
     double trusted = 0.0;
@@ -41,57 +42,191 @@ void weigh(std::vector<Match>& matches, const BodyTemplate& body, const std::vec
       trusted += m.weights[k] * trust(body.regions[m.corners[k]], hand_weight);
     }
     const double ratio = radius * radius / (radius * radius + 4.0 * (at - m.target).squaredNorm());
-    m.weight = share * trusted * ratio * ratio;
+    m.weight *= trusted * ratio * ratio;
   }
 }
+
+// The pull of the matches at each vertex: weight and, after normalise(), the mean way to go.
+struct Pulls {
+  std::vector<double> weights;
+  std::vector<Eigen::Vector3d> ways;
+
+  explicit Pulls(std::size_t count) : weights(count, 0.0), ways(count, Eigen::Vector3d::Zero()) {}
+
+  void add(const std::vector<Match>& matches, const std::vector<Eigen::Vector3d>& x) {
+    for (const Match& m : matches) {
+      Eigen::Vector3d way = m.target;
+      for (int k = 0; k < 3; ++k) way -= m.weights[k] * x[m.corners[k]];
+      for (int k = 0; k < 3; ++k) {
+        weights[m.corners[k]] += m.weight * m.weights[k];
+        ways[m.corners[k]] += m.weight * m.weights[k] * way;
+      }
+    }
+  }
+  void normalise() {
+    for (std::size_t v = 0; v < weights.size(); ++v)
+      if (weights[v] > 0) ways[v] /= weights[v];
+  }
+};
+
+class Descent {
+ public:
+  Descent(const BodyTemplate& body, const OuterSurface& outer, OrientedPoints points,
+          const std::vector<LandmarkTarget>& landmarks, const std::vector<Eigen::Vector3d>& reference,
+          const std::vector<Eigen::Vector3d>& start, std::span<const double> held, const NonrigidFitOptions& options)
+      : body_(body),
+        outer_(outer),
+        landmarks_(landmarks),
+        held_(held),
+        options_(options),
+        part_(body.part("body")),
+        count_(part_ ? part_->vertex_count : start.size()),
+        cloud_(std::move(points)),
+        start_(start),
+        x_(start),
+        area_(areas()),
+        energy_(make_energy(reference)) {}
+
+  // One factorisation: `searches` new sets of correspondences, `turns` of rotations and vertices for each.
+  void step(double stiffness, double radius, double landmark_share) {
+    for (int search = 0; search < options_.searches; ++search) {
+      find_matches(radius);
+      for (int turn = 0; turn < options_.turns; ++turn) {
+        const std::vector<Eigen::Vector3d> before(x_.begin(), x_.begin() + static_cast<std::ptrdiff_t>(count_));
+        Pulls pulls(x_.size());
+        pulls.add(matches_, x_);
+        pulls.normalise();
+        energy_.fit_rotations(before, options_.threads);
+        if (search == 0 && turn == 0 && !factorise(pulls.weights, stiffness, landmark_share)) return;
+        const std::vector<Eigen::Vector3d> moved = energy_.solve(targets(pulls), before);
+        std::copy(moved.begin(), moved.end(), x_.begin());
+      }
+    }
+  }
+
+  const std::vector<Eigen::Vector3d>& vertices() const { return x_; }
+  std::vector<double> support() const {
+    std::vector<double> support(x_.size(), 0.0);
+    // Both directions give a vertex its area each.
+    for (const Match& m : matches_)
+      for (int k = 0; k < 3; ++k) support[m.corners[k]] += 0.5 * m.weight * m.weights[k];
+    for (std::size_t v = 0; v < support.size(); ++v)
+      support[v] =
+          area_[v] > 0 ? std::min(1.0, support[v] / (area_[v] * trust(body_.regions[v], options_.hand_weight))) : 0.0;
+    return support;
+  }
+
+ private:
+  // Share of the outer surface around each vertex.
+  std::vector<double> areas() const {
+    std::vector<double> areas(start_.size(), 0.0);
+    double total = 0.0;
+    for (const Eigen::Vector3i& t : outer_.triangles) {
+      const double area = (start_[t[1]] - start_[t[0]]).cross(start_[t[2]] - start_[t[0]]).norm();
+      for (int k = 0; k < 3; ++k) areas[t[k]] += area;
+      total += 3.0 * area;
+    }
+    if (total > 0)
+      for (double& a : areas) a /= total;
+    return areas;
+  }
+
+  EdgeLaplacian make_energy(const std::vector<Eigen::Vector3d>& reference) const {
+    std::vector<double> stiffness;
+    for (std::size_t v = 0; v < count_; ++v) stiffness.push_back(stiffness_of(body_.regions[v], options_));
+    const std::size_t triangles = part_ ? part_->triangle_count : body_.mesh.triangles.size();
+    return EdgeLaplacian({reference.begin(), reference.begin() + static_cast<std::ptrdiff_t>(count_)},
+                         {body_.mesh.triangles.data(), triangles}, options_.membrane, stiffness);
+  }
+
+  void find_matches(double radius) {
+    const std::vector<Eigen::Vector3d> normals = vertex_normals(x_, body_.mesh.triangles);
+    const SearchableSurface surface(outer_, x_, normals);
+    const MatchGate gate{radius, options_.min_cosine, 8};
+    // Both directions sum to 1 when complete, and both stand for area: the cloud is thinned evenly.
+    matches_ = match_cloud(cloud_.points(), surface, gate, options_.threads);
+    for (Match& m : matches_) m.weight /= static_cast<double>(cloud_.points().size());
+    std::vector<Match> from_vertices =
+        match_vertices(outer_.vertices, surface, cloud_, gate, options_.max_slide, options_.threads);
+    for (Match& m : from_vertices) m.weight *= area_[m.corners[0]];
+    matches_.insert(matches_.end(), from_vertices.begin(), from_vertices.end());
+    weigh(matches_, body_, x_, radius, options_.hand_weight);
+  }
+
+  bool factorise(const std::vector<double>& weights, double stiffness, double landmark_share) {
+    total_ = 0.0;
+    double landmark_total = 0.0;
+    for (const double w : weights) total_ += w;
+    for (const LandmarkTarget& l : landmarks_) landmark_total += l.trust;
+    data_weights_.assign(count_, 0.0);
+    landmark_weights_.assign(count_, 0.0);
+    held_weights_.assign(count_, 0.0);
+    // A held vertex outweighs its share of the data and of the surface around it.
+    const double hold = 1e3 / static_cast<double>(count_);
+    for (std::size_t v = 0; v < count_; ++v) {
+      if (total_ > 0) data_weights_[v] = weights[v] / total_;
+      if (!held_.empty()) held_weights_[v] = hold * held_[v];
+    }
+    for (const LandmarkTarget& l : landmarks_) landmark_weights_[l.vertex] += landmark_share * l.trust / landmark_total;
+    std::vector<double> all(count_);
+    for (std::size_t v = 0; v < count_; ++v) all[v] = data_weights_[v] + landmark_weights_[v] + held_weights_[v];
+    return energy_.factorise(all, stiffness);
+  }
+
+  std::vector<Eigen::Vector3d> targets(const Pulls& pulls) const {
+    std::vector<Eigen::Vector3d> sums(count_, Eigen::Vector3d::Zero());
+    for (std::size_t v = 0; v < count_; ++v) {
+      sums[v] = held_weights_[v] * start_[v];
+      if (data_weights_[v] <= 0) continue;
+      const double share = std::min(1.0, pulls.weights[v] / (total_ * data_weights_[v]));
+      sums[v] += data_weights_[v] * (x_[v] + share * pulls.ways[v]);
+    }
+    // Several landmarks may share a vertex: each pulls by its trust.
+    std::vector<double> trusts(count_, 0.0);
+    for (const LandmarkTarget& l : landmarks_) trusts[l.vertex] += l.trust;
+    for (const LandmarkTarget& l : landmarks_)
+      sums[l.vertex] += landmark_weights_[l.vertex] * (l.trust / trusts[l.vertex]) * l.position;
+    for (std::size_t v = 0; v < count_; ++v)
+      if (const double w = data_weights_[v] + landmark_weights_[v] + held_weights_[v]; w > 0) sums[v] /= w;
+    return sums;
+  }
+
+  const BodyTemplate& body_;
+  const OuterSurface& outer_;
+  const std::vector<LandmarkTarget>& landmarks_;
+  std::span<const double> held_;
+  const NonrigidFitOptions& options_;
+  const TemplatePart* part_;
+  std::size_t count_;  // vertices of the body part
+  PointIndex cloud_;
+  const std::vector<Eigen::Vector3d>& start_;
+  std::vector<Eigen::Vector3d> x_;
+  std::vector<double> area_;
+  EdgeLaplacian energy_;
+  std::vector<Match> matches_;
+  // Weights of the factorisation, one a vertex. The data's sum to 1, and did to total_ before.
+  std::vector<double> data_weights_, landmark_weights_, held_weights_;
+  double total_ = 0.0;
+};
 
 }  // namespace
 
 NonrigidFit fit_nonrigid(const BodyTemplate& body, const OuterSurface& outer, const OrientedPoints& cloud,
-                         const std::vector<Eigen::Vector3d>& start, const NonrigidFitOptions& options,
-                         const Progress& progress) {
-  const TemplatePart* part = body.part("body");
-  const std::size_t count = part ? part->vertex_count : start.size();
-  const std::size_t triangle_count = part ? part->triangle_count : body.mesh.triangles.size();
-  const std::span<const Eigen::Vector3i> triangles(body.mesh.triangles.data(), triangle_count);
-
+                         const std::vector<LandmarkTarget>& landmarks, const std::vector<Eigen::Vector3d>& reference,
+                         const std::vector<Eigen::Vector3d>& start, std::span<const double> held,
+                         const NonrigidFitOptions& options, const Progress& progress) {
+  if (cloud.size() == 0) return {start, std::vector<double>(start.size(), 0.0)};
   const auto wanted = static_cast<std::size_t>(options.points_per_vertex * static_cast<double>(outer.vertices.size()));
-  const OrientedPoints points = thin(cloud, cell_for_count(cloud, wanted));
-  const PointIndex cloud_index(points);
-  std::vector<double> vertex_stiffness;
-  for (std::size_t v = 0; v < count; ++v) vertex_stiffness.push_back(stiffness_of(body.regions[v], options));
-  EdgeLaplacian surface_energy({start.begin(), start.begin() + static_cast<std::ptrdiff_t>(count)}, triangles,
-                               options.membrane, vertex_stiffness);
-
-  NonrigidFit fit{start, std::vector<bool>(start.size(), false)};
-  const int searches = options.steps * options.searches;
-  for (int i = 0; i < searches; ++i) {
-    if (progress) progress(static_cast<double>(i) / searches, "fitting the surface");
-    const int step = i / options.searches;
-    const double done = options.steps > 1 ? static_cast<double>(step) / (options.steps - 1) : 1.0;
-    const double stiffness = options.first_stiffness * std::pow(options.last_stiffness / options.first_stiffness, done);
-    const double radius = options.first_radius * std::pow(options.last_radius / options.first_radius, done);
-    const std::vector<Eigen::Vector3d> normals = vertex_normals(fit.vertices, body.mesh.triangles);
-    const SearchableSurface surface(outer, fit.vertices, normals);
-    const MatchGate gate{radius, options.min_cosine, 8};
-    std::vector<Match> matches = match_cloud(points, surface, gate, options.threads);
-    weigh(matches, body, fit.vertices, radius, 1.0 / static_cast<double>(points.size()), options.hand_weight);
-    std::vector<Match> from_vertices =
-        match_vertices(outer.vertices, surface, cloud_index, gate, options.max_slide, options.threads);
-    weigh(from_vertices, body, fit.vertices, radius, 1.0 / static_cast<double>(outer.vertices.size()),
-          options.hand_weight);
-    matches.insert(matches.end(), from_vertices.begin(), from_vertices.end());
-    if (i + 1 == searches)
-      for (const Match& m : from_vertices) fit.supported[m.corners[0]] = true;
-
-    std::vector<Eigen::Vector3d> x(fit.vertices.begin(), fit.vertices.begin() + static_cast<std::ptrdiff_t>(count));
-    for (int turn = 0; turn < options.turns; ++turn) {
-      surface_energy.fit_rotations(x, options.threads);
-      x = surface_energy.solve(matches, stiffness, x);
-    }
-    std::copy(x.begin(), x.end(), fit.vertices.begin());
+  Descent descent(body, outer, thin(cloud, cell_for_count(cloud, wanted)), landmarks, reference, start, held, options);
+  for (int i = 0; i < options.steps; ++i) {
+    const double done = options.steps > 1 ? static_cast<double>(i) / (options.steps - 1) : 1.0;
+    const auto between = [&](double first, double last) { return first * std::pow(last / first, done); };
+    if (progress) progress(static_cast<double>(i) / options.steps, "fitting the surface");
+    descent.step(between(options.first_stiffness, options.last_stiffness),
+                 between(options.first_radius, options.last_radius),
+                 between(options.first_landmark_share, options.last_landmark_share));
   }
-  return fit;
+  return {descent.vertices(), descent.support()};
 }
 
 }  // namespace gyre

@@ -10,11 +10,13 @@
 
 namespace gyre {
 
-// Points with unit normals.
+// Points with unit normals, each with the weight of its evidence.
 struct OrientedPoints {
   std::vector<Eigen::Vector3d> positions;
   std::vector<Eigen::Vector3d> normals;
+  std::vector<double> weights;  // in (0, 1]; empty: all 1
   std::size_t size() const { return positions.size(); }
+  double weight(std::size_t i) const { return weights.empty() ? 1.0 : weights[i]; }
 };
 
 // What counts as a counterpart.

@@ -219,7 +219,8 @@ json to_json(const ReportFacts& facts) {
   json fit = nullptr;
   if (facts.fit.is_object()) {
     fit = json::object();
-    for (const char* key : {"template", "stature_mm", "residual_mm", "yaw_deg", "shape", "scale"})
+    for (const char* key :
+         {"template", "stature_mm", "residual_mm", "yaw_deg", "shape", "scale", "measures", "support", "prior_only"})
       if (facts.fit.contains(key)) fit[key] = facts.fit[key];
   }
   return {{"scan", to_json(facts.scan)},

@@ -159,6 +159,34 @@ std::string keyframe_section(const ReportFacts& facts, const ReportPictures& pic
   return html + "</div></section>";
 }
 
+// Nothing when no body was fitted.
+std::string measure_section(const ReportFacts& facts) {
+  const auto measures = facts.fit.is_object() ? facts.fit.find("measures") : facts.fit.end();
+  if (!facts.fit.is_object() || measures == facts.fit.end() || !measures->is_object()) return {};
+  static const std::vector<std::pair<const char*, const char*>> names = {
+      {"stature", "Stature, floor to top of the hair"},
+      {"stature_without_hair", "Stature without hair, estimated"},
+      {"chest", "Chest"},
+      {"waist", "Waist"},
+      {"hip", "Hip"},
+      {"inseam", "Inseam"},
+      {"left_arm", "Left arm, shoulder to wrist"},
+      {"right_arm", "Right arm, shoulder to wrist"}};
+  std::string rows;
+  for (const auto& [key, name] : names) {
+    if (!measures->contains(key)) continue;
+    const nlohmann::json& measure = (*measures)[key];
+    const double value = number_at(measure, "/mm", -1), deviation = number_at(measure, "/deviation_mm", 0);
+    if (value < 0) continue;
+    rows += fmt::format("<tr><td>{}</td><td class=\"number\">{:.0f} mm</td><td class=\"number\">± {:.0f} mm</td></tr>",
+                        name, value, deviation);
+  }
+  if (rows.empty()) return {};
+  return "<section><h2>Measures</h2><table><tbody>" + rows +
+         "</tbody></table><p>Over clothes and shoes; with the standard deviation that cloud, scale and what was not "
+         "seen leave.</p></section>\n";
+}
+
 std::string stage_section(const ReportFacts& facts) {
   if (facts.stages.empty()) return {};
   double total = 0, cpu = 0, memory = 0, longest = 1e-9;
@@ -223,8 +251,9 @@ std::string report_page(const ReportFacts& facts, const ReportPictures& pictures
          "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>Scan " +
          escape_html(facts.scan.id) + "</title><style>" + style + "</style></head>\n<body><main>\n" + header(facts) +
          "\n" + four_sides("Avatar", pictures.avatar) + "\n" + four_sides(cloud_title(facts), pictures.cloud) + "\n" +
-         camera_section(facts) + "\n" + coverage_section(facts) + "\n" + keyframe_section(facts, pictures) + "\n" +
-         stage_section(facts) + "\n<footer>Gyre " + escape_html(GYRE_VERSION) + "</footer>\n</main></body></html>\n";
+         measure_section(facts) + camera_section(facts) + "\n" + coverage_section(facts) + "\n" +
+         keyframe_section(facts, pictures) + "\n" + stage_section(facts) + "\n<footer>Gyre " +
+         escape_html(GYRE_VERSION) + "</footer>\n</main></body></html>\n";
 }
 
 }  // namespace gyre

@@ -1,209 +1,199 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures the fit of the template to a cloud sampled from a true surface, as JSON lines.
+// Measures the fit of the template, as JSON lines: in a closed loop with the template's own people, on a cloud sampled
+// from a rendered subject's true surface, and on the cloud of a reconstruction, whole and with parts missing.
 //
-//   fit_bench SUBJECT_DIR [--template FILE] [--cloud FILE] [--yaw-deg A] [--noise-mm S] [--out DIR]
+//   fit_bench [SUBJECT_DIR] [--bundle DIR] [--seeds N] [--template FILE] [--noise-mm S] [--out DIR]
 //
-// SUBJECT_DIR holds orbit-body with mesh.ply and joints.json. Without --cloud (a PLY in the world of the truth) the
-// cloud is 150,000 points of the true surface that cameras around it see. Surface errors are those of the contract:
-// true to fitted over the true surface, fitted to true over the fitted vertices that cameras around see.
+// SUBJECT_DIR holds the truth of a capture; --bundle its reconstruction up to the landmarks, or to the cloud.
 #include "common/bundle/atomic_file.h"
-#include "common/geometry/pose.h"
-#include "common/mesh/closest_point.h"
 #include "common/mesh/mesh_io.h"
-#include "common/render/rasterise.h"
-#include "offload/fit/person_fit.h"
-#include "tests/offload/fit/sample_cloud.h"
+#include "offload/fit/edge_laplacian.h"
+#include "tests/bench/fit_scores.h"
+#include "tests/offload/fit/random_person.h"
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
+#include <chrono>
+#include <nlohmann/json.hpp>
 #include <numbers>
-#include <opencv2/imgcodecs.hpp>
 
 namespace {
 
+using gyre::print_distances;
+using gyre::print_figure;
 using gyre::Result;
-using nlohmann::json;
 
-void print(const std::string& name, const std::string& metric, double value, const std::string& unit) {
-  const json line = {{"bench", "fit"}, {"case", name}, {"metric", metric}, {"value", value}, {"unit", unit}};
-  std::printf("%s\n", line.dump().c_str());
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void print_distances(const std::string& name, const std::string& metric, std::vector<double> distances) {
-  if (distances.empty()) return;
-  std::sort(distances.begin(), distances.end());
-  const double sum = std::accumulate(distances.begin(), distances.end(), 0.0);
-  print(name, metric + "_mean", 1000 * sum / static_cast<double>(distances.size()), "mm");
-  print(name, metric + "_p95", 1000 * distances[distances.size() * 95 / 100], "mm");
+// The fit with the seconds of each of its steps printed.
+Result<gyre::PersonFit> timed_fit(const std::string& name, const gyre::BodyTemplate& body,
+                                  const gyre::PointCloud& cloud, const gyre::LandmarkSet& landmarks) {
+  std::map<std::string, double> seconds;
+  const auto start = std::chrono::steady_clock::now();
+  auto last = start;
+  std::string step = "preparing";
+  auto fit = gyre::fit_person(body, cloud, landmarks, {}, [&](double, std::string_view what) {
+    seconds[step] += seconds_since(last);
+    last = std::chrono::steady_clock::now();
+    step = what;
+  });
+  const double all = seconds_since(start);
+  print_figure(name, "seconds", all, "s");
+  for (const auto& [what, duration] : seconds) print_figure(name, "share of " + what, duration / all, "1");
+  return fit;
 }
 
-// Names of the true skeleton and of the template's.
-const std::vector<std::pair<std::string, std::string>> joint_names = {{"Hips", "hips"},
-                                                                      {"Neck", "neck"},
-                                                                      {"Head", "head"},
-                                                                      {"LeftArm", "leftUpperArm"},
-                                                                      {"LeftForeArm", "leftLowerArm"},
-                                                                      {"LeftHand", "leftHand"},
-                                                                      {"LeftUpLeg", "leftUpperLeg"},
-                                                                      {"LeftLeg", "leftLowerLeg"},
-                                                                      {"LeftFoot", "leftFoot"},
-                                                                      {"RightArm", "rightUpperArm"},
-                                                                      {"RightForeArm", "rightLowerArm"},
-                                                                      {"RightHand", "rightHand"},
-                                                                      {"RightUpLeg", "rightUpperLeg"},
-                                                                      {"RightLeg", "rightLowerLeg"},
-                                                                      {"RightFoot", "rightFoot"}};
-
-std::vector<double> distances_to(const gyre::ClosestPoint& surface, const std::vector<Eigen::Vector3d>& points) {
-  std::vector<double> distances;
-  distances.reserve(points.size());
-  for (const Eigen::Vector3d& p : points)
-    if (const auto found = surface.nearest(p)) distances.push_back(found->distance);
-  return distances;
-}
-
-// Points that stand for the part of a surface seen from outside, without noise.
-std::vector<Eigen::Vector3d> visible_points(const std::vector<Eigen::Vector3d>& vertices,
-                                            const std::vector<Eigen::Vector3i>& triangles) {
-  const gyre::PointCloud cloud = gyre::sample_visible(vertices, triangles, {40000, 0.0, 600, 7});
-  std::vector<Eigen::Vector3d> points;
-  for (const Eigen::Vector3f& p : cloud.points) points.push_back(p.cast<double>());
-  return points;
-}
-
-void write_views(const gyre::TriangleMesh& mesh, const std::filesystem::path& folder, const std::string& name) {
-  const gyre::Camera camera = gyre::Camera::from_fov(600, 900, 0.9);
-  cv::Mat sheet;
-  for (int i = 0; i < 4; ++i) {
-    const double angle = 2 * std::numbers::pi * i / 4;
-    const Eigen::Vector3d eye(2.2 * std::sin(angle), 1.1, 2.2 * std::cos(angle));
-    const cv::Mat view = gyre::render(mesh, {}, camera, gyre::look_at(eye, {0, 0.85, 0}));
-    if (sheet.empty()) {
-      sheet = view;
-    } else {
-      cv::hconcat(sheet, view, sheet);
-    }
+// People of the template come back.
+Result<void> closed_loop(const gyre::BodyTemplate& body, int seeds, double noise) {
+  std::vector<double> to_fitted, to_true, joints;
+  double worst_surface = 0.0, worst_joints = 0.0, facing = 0.0;
+  int wrong_way = 0, swapped = 0;
+  const auto mean = [](const std::vector<double>& values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  };
+  for (int seed = 0; seed < seeds; ++seed) {
+    const gyre::RandomPerson person = gyre::random_person(body, seed);
+    const auto clean = gyre::sample_visible(person.posed.vertices, body.mesh.triangles,
+                                            {100000, noise, 600, static_cast<std::uint64_t>(seed)});
+    const auto cloud = gyre::with_flaws(clean, person, body, {0.15, 0.01, static_cast<std::uint64_t>(seed)});
+    const auto fit = gyre::fit_person(body, cloud);
+    if (!fit) return tl::unexpected(fit.error());
+    std::vector<Eigen::Vector3d> places;
+    for (std::size_t j = 0; j < body.joints.size(); ++j)
+      places.emplace_back(fit->posed_from_rest[j] * fit->rest_joints[j]);
+    const auto errors = gyre::closed_loop_errors(body, person, fit->vertices, places, gyre::yaw_of(fit->pose));
+    to_fitted.push_back(mean(errors.true_to_fitted));
+    to_true.push_back(mean(errors.fitted_to_true));
+    joints.push_back(mean(errors.joints));
+    worst_surface = std::max({worst_surface, to_fitted.back(), to_true.back()});
+    worst_joints = std::max(worst_joints, joints.back());
+    facing = std::max(facing, errors.facing);
+    wrong_way += errors.facing > 0.5 ? 1 : 0;
+    swapped += errors.sides_swapped ? 1 : 0;
   }
-  cv::imwrite((folder / (name + ".png")).string(), sheet);
+  if (seeds == 0) return {};
+  const std::string name = "closed loop";
+  print_figure(name, "people", seeds, "1");
+  print_figure(name, "true_to_fitted_mean", 1000 * mean(to_fitted), "mm");
+  print_figure(name, "fitted_to_true_mean", 1000 * mean(to_true), "mm");
+  print_figure(name, "surface_mean_worst_person", 1000 * worst_surface, "mm");
+  print_figure(name, "joints_mean", 1000 * mean(joints), "mm");
+  print_figure(name, "joints_mean_worst_person", 1000 * worst_joints, "mm");
+  print_figure(name, "facing_error_worst", facing * 180 / std::numbers::pi, "deg");
+  print_figure(name, "facing_wrong", wrong_way, "1");
+  print_figure(name, "sides_swapped", swapped, "1");
+  return {};
+}
+
+// One solve of the fine fit's system: with the factorisation of before, with new numbers, and from nothing.
+void time_solves(const gyre::BodyTemplate& body) {
+  const gyre::TemplatePart* part = body.part("body");
+  if (part == nullptr) return;
+  const std::vector<Eigen::Vector3d> x(body.mesh.vertices.begin(), body.mesh.vertices.begin() + part->vertex_count);
+  const std::span<const Eigen::Vector3i> triangles(body.mesh.triangles.data(), part->triangle_count);
+  const std::vector<double> weights(x.size(), 1.0 / static_cast<double>(x.size()));
+  constexpr int rounds = 5;
+  std::optional<gyre::EdgeLaplacian> energy;
+  auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < rounds; ++i) {
+    energy.emplace(x, triangles, 0.03);
+    energy->factorise(weights, 0.1);
+    energy->solve(x, x);
+  }
+  print_figure("solver", "fresh", 1000 * seconds_since(start) / rounds, "ms");
+  start = std::chrono::steady_clock::now();
+  for (int i = 0; i < rounds; ++i) {
+    energy->factorise(weights, 0.1);
+    energy->solve(x, x);
+  }
+  print_figure("solver", "kept_analysis", 1000 * seconds_since(start) / rounds, "ms");
+  start = std::chrono::steady_clock::now();
+  for (int i = 0; i < rounds; ++i) energy->solve(x, x);
+  print_figure("solver", "kept_factorisation", 1000 * seconds_since(start) / rounds, "ms");
 }
 
 struct Arguments {
-  std::filesystem::path subject, template_file, cloud, out;
-  double yaw_deg = 0.0;
+  std::filesystem::path subject, bundle, template_file, out;
+  int seeds = 0;
   double noise_mm = 2.0;
 };
 
-Result<void> measure(const Arguments& arguments) {
-  const auto truth = gyre::read_ply(arguments.subject / "orbit-body" / "mesh.ply");
-  if (!truth) return tl::unexpected(truth.error());
-  const auto text = gyre::read_file(arguments.subject / "orbit-body" / "joints.json");
+Result<double> true_height(const std::filesystem::path& file) {
+  const auto text = gyre::read_file(file);
   if (!text) return tl::unexpected(text.error());
+  const auto json = nlohmann::json::parse(*text, nullptr, false);
+  if (!json.is_object() || !json.contains("subject_info")) return 0.0;
+  return json["subject_info"].value("height_m", 0.0);
+}
+
+Result<void> score(const std::string& name, const gyre::BodyTemplate& body, const gyre::PointCloud& cloud,
+                   const gyre::LandmarkSet& landmarks, const gyre::Truth& truth, const Arguments& arguments) {
+  const auto height = true_height(arguments.subject / "orbit-body" / "truth.json");
+  if (!height) return tl::unexpected(height.error());
+  const auto fit = timed_fit(name, body, cloud, landmarks);
+  if (!fit) return tl::unexpected(fit.error());
+  for (const std::string& warning : fit->warnings) spdlog::warn("{}: {}", name, warning);
+  const Eigen::Isometry3d motion = gyre::truth_from_fit(body, *fit, truth.at("body").surface);
+  gyre::print_scores(name, body, *fit, truth, motion, *height);
+  if (!arguments.out.empty()) gyre::write_views(body, *fit, motion, arguments.out, name);
+  return {};
+}
+
+// The reconstruction's cloud, and that cloud without what dark trousers, a moved arm or a missing head pass cost.
+Result<void> score_bundle(const gyre::BodyTemplate& body, const gyre::Truth& truth, const Arguments& arguments) {
+  const auto cloud = gyre::read_cloud(arguments.bundle / "work/cloud/cloud.ply");
+  if (!cloud) return tl::unexpected(cloud.error());
+  gyre::LandmarkSet landmarks;
+  if (const auto file = arguments.bundle / "work/landmarks/landmarks.json"; std::filesystem::exists(file)) {
+    auto read = gyre::read_landmarks(file);
+    if (!read) return tl::unexpected(read.error());
+    landmarks = std::move(*read);
+  }
+  if (auto done = score("reconstruction", body, *cloud, landmarks, truth, arguments); !done) return done;
+  if (auto done = score("reconstruction without landmarks", body, *cloud, {}, truth, arguments); !done) return done;
+
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3f& p : cloud->points) box.extend(p.cast<double>());
+  const double height = box.max().y();
+  const auto dark =
+      gyre::only(*cloud, [&](const Eigen::Vector3d& p) { return p.y() < 0.07 * height || p.y() > 0.52 * height; });
+  if (auto done = score("legs dark", body, dark, {}, truth, arguments); !done) return done;
+  const double side = box.center().x() + 0.12 * height;
+  const auto armless = gyre::only(*cloud, [&](const Eigen::Vector3d& p) { return p.x() < side; });
+  if (auto done = score("arm missing", body, armless, {}, truth, arguments); !done) return done;
+  // Without the head pass every fourth point of the head is left.
+  std::size_t count = 0;
+  const auto sparse =
+      gyre::only(*cloud, [&](const Eigen::Vector3d& p) { return p.y() < 0.84 * height || ++count % 4 == 0; });
+  return score("head sparse", body, sparse, {}, truth, arguments);
+}
+
+Result<void> measure(const Arguments& arguments) {
   const auto body = gyre::find_template(arguments.template_file);
   if (!body) return tl::unexpected(body.error());
-  const double yaw = arguments.yaw_deg / 180.0 * std::numbers::pi;
-  gyre::PointCloud cloud;
-  if (arguments.cloud.empty()) {
-    cloud = gyre::sample_visible(truth->vertices, truth->triangles, {150000, arguments.noise_mm / 1000, 600, 1});
-  } else {
-    auto given = gyre::read_cloud(arguments.cloud);
-    if (!given) return tl::unexpected(given.error());
-    cloud = std::move(*given);
-  }
-
-  std::map<std::string, double> seconds;
-  auto last = std::chrono::steady_clock::now();
-  std::string step = "preparing";
-  const auto fit =
-      gyre::fit_person(*body, gyre::moved(cloud, yaw, Eigen::Vector3d::Zero()), {}, [&](double, std::string_view what) {
-        const auto now = std::chrono::steady_clock::now();
-        seconds[step] += std::chrono::duration<double>(now - last).count();
-        last = now;
-        step = what;
-      });
-  if (!fit) return tl::unexpected(fit.error());
-
-  const std::string name = arguments.subject.filename().string();
-  for (const auto& [what, duration] : seconds) print(name, "seconds_" + what, duration, "s");
-  // Back into the world of the truth.
-  const Eigen::Matrix3d back = Eigen::AngleAxisd(-yaw, Eigen::Vector3d::UnitY()).toRotationMatrix();
-  std::vector<Eigen::Vector3d> vertices;
-  for (const Eigen::Vector3d& v : fit->vertices) vertices.emplace_back(back * v);
-  print_distances(name, "true_to_fitted",
-                  distances_to(gyre::ClosestPoint(vertices, body->mesh.triangles),
-                               visible_points(truth->vertices, truth->triangles)));
-  print_distances(name, "fitted_to_true",
-                  distances_to(gyre::ClosestPoint(*truth), visible_points(vertices, body->mesh.triangles)));
-  std::vector<double> joint_errors;
-  const gyre::PosedBody coarse = evaluate(*body, fit->state);
-  json table;
-  const json joints = json::parse(*text);
-  for (const json& joint : joints.at("joints")) {
-    for (const auto& [true_name, own_name] : joint_names) {
-      if (joint.at("name") != true_name) continue;
-      const int index = body->joint_index(own_name);
-      if (index < 0) continue;
-      const auto& p = joint.at("position");
-      const Eigen::Vector3d fitted = back * (fit->posed_from_rest[index] * fit->rest_joints[index]);
-      const Eigen::Vector3d first = back * coarse.joint(index);
-      table[own_name] = {
-          {"true", p}, {"fitted", {fitted.x(), fitted.y(), fitted.z()}}, {"coarse", {first.x(), first.y(), first.z()}}};
-      joint_errors.push_back((fitted - Eigen::Vector3d(p[0], p[1], p[2])).norm());
-      print(name, "joint_" + own_name, 1000 * joint_errors.back(), "mm");
-    }
-  }
-  print_distances(name, "joints", joint_errors);
-  const double facing = gyre::yaw_of(fit->pose) - yaw;
-  print(name, "facing_error", std::atan2(std::sin(facing), std::cos(facing)) * 180 / std::numbers::pi, "deg");
-  if (fit->guesses.size() > 1) print(name, "facing_margin", 1000 * (fit->guesses[1].cost - fit->guesses[0].cost), "mm");
-  for (const gyre::FacingGuess& guess : fit->guesses) {
-    print(name, "guess_misfit", 1000 * guess.misfit, "mm");
-    print(name, "guess_toes", guess.toes, "heights");
-  }
-  // Triangles that turned over against the coarse surface: folds and spikes.
-  int folded = 0;
-  for (const Eigen::Vector3i& t : body->mesh.triangles) {
-    const auto normal = [&](const std::vector<Eigen::Vector3d>& x) -> Eigen::Vector3d {
-      return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
-    };
-    folded += normal(fit->vertices).dot(normal(coarse.vertices)) < 0 ? 1 : 0;
-  }
-  print(name, "folded_triangles", folded, "1");
-  print(name, "residual_mean", 1000 * fit->residual_mean, "mm");
-  print(name, "stature", 1000 * fit->stature, "mm");
-  print(name, "scale", fit->state.scale, "1");
-  for (const auto& [region, share] : fit->support) print(name, "support_" + region, share, "1");
-  for (const std::string& warning : fit->warnings) spdlog::warn("{}", warning);
-
-  if (!arguments.out.empty()) {
-    std::filesystem::create_directories(arguments.out);
-    if (auto written = gyre::write_file(arguments.out / "joints.json", table.dump(1)); !written) return written;
-    gyre::TriangleMesh mesh;
-    mesh.triangles = body->mesh.triangles;
-    mesh.vertices = vertices;
-    write_views(mesh, arguments.out, "posed");
-    if (auto written = gyre::write_ply(mesh, arguments.out / "posed.ply"); !written) return written;
-    mesh.vertices = coarse.vertices;
-    for (Eigen::Vector3d& v : mesh.vertices) v = back * v;
-    write_views(mesh, arguments.out, "coarse");
-    mesh.vertices = fit->rest_vertices;
-    write_views(mesh, arguments.out, "rest");
-    mesh = *truth;
-    mesh.colours.clear();
-    write_views(mesh, arguments.out, "truth");
-  }
-  return {};
+  time_solves(*body);
+  if (auto done = closed_loop(*body, arguments.seeds, arguments.noise_mm / 1000); !done) return done;
+  if (arguments.subject.empty()) return {};
+  const auto truth = gyre::read_truth(arguments.subject);
+  if (!truth) return tl::unexpected(truth.error());
+  const gyre::TriangleMesh& surface = truth->at("body").surface;
+  const auto sampled =
+      gyre::sample_visible(surface.vertices, surface.triangles, {150000, arguments.noise_mm / 1000, 600, 1});
+  if (auto done = score("sampled", *body, sampled, {}, *truth, arguments); !done) return done;
+  return arguments.bundle.empty() ? Result<void>{} : score_bundle(*body, *truth, arguments);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   Arguments arguments;
-  CLI::App app("Measures the fit of the human template to a cloud of a true surface.");
-  app.add_option("subject", arguments.subject, "folder of the subject, with orbit-body")->required();
+  CLI::App app("Measures the fit of the human template.");
+  app.add_option("subject", arguments.subject, "folder of a subject with truth");
+  app.add_option("--bundle", arguments.bundle, "reconstruction of that subject, up to the cloud or the landmarks");
+  app.add_option("--seeds", arguments.seeds, "people of the closed loop");
   app.add_option("--template", arguments.template_file, "packed template; default: as the fit stage finds one");
-  app.add_option("--cloud", arguments.cloud, "cloud to fit, in the world of the truth");
-  app.add_option("--yaw-deg", arguments.yaw_deg, "turns the cloud first");
-  app.add_option("--noise-mm", arguments.noise_mm, "of the sampled cloud");
+  app.add_option("--noise-mm", arguments.noise_mm, "of the sampled clouds");
   app.add_option("--out", arguments.out, "folder for the meshes and pictures of them");
   CLI11_PARSE(app, argc, argv);
   gyre::start_logging("fit_bench", "info");

@@ -36,13 +36,17 @@ std::vector<Eigen::Vector3d> transformed(const std::vector<Eigen::Vector3d>& poi
   return moved;
 }
 
-Match pin(int vertex, const Eigen::Vector3d& target) {
-  Match match;
-  match.corners = {vertex, vertex, vertex};
-  match.weights = {1, 0, 0};
-  match.target = target;
-  return match;
-}
+// Vertices that are pulled somewhere.
+struct Pins {
+  std::vector<double> weights;
+  std::vector<Eigen::Vector3d> targets;
+
+  explicit Pins(std::size_t count) : weights(count, 0.0), targets(count, Eigen::Vector3d::Zero()) {}
+  void add(int vertex, const Eigen::Vector3d& target) {
+    weights[vertex] = 1.0;
+    targets[vertex] = target;
+  }
+};
 
 double largest_distance(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& b) {
   double largest = 0.0;
@@ -85,28 +89,32 @@ TEST(EdgeLaplacian, LinearMapsOfAFlatSheetCostNothingWithoutMembrane) {
 TEST(EdgeLaplacian, TargetsAtTheSurfaceMoveNothing) {
   const Sheet sheet = make_sheet(9, 0.8);
   EdgeLaplacian energy(sheet.vertices, sheet.triangles, 0.01);
-  std::vector<Match> matches;
-  for (const int v : {0, 17, 40, 44, 80}) matches.push_back(pin(v, sheet.vertices[v]));
+  Pins pins(sheet.vertices.size());
+  for (const int v : {0, 17, 40, 44, 80}) pins.add(v, sheet.vertices[v]);
   energy.fit_rotations(sheet.vertices, 1);
-  EXPECT_LT(largest_distance(energy.solve(matches, 1.0, sheet.vertices), sheet.vertices), 1e-6);
+  ASSERT_TRUE(energy.factorise(pins.weights, 1.0));
+  EXPECT_LT(largest_distance(energy.solve(pins.targets, sheet.vertices), sheet.vertices), 1e-6);
 }
 
 TEST(EdgeLaplacian, NoTargetsMoveNothing) {
   const Sheet sheet = make_sheet(5, 0.8);
-  const EdgeLaplacian energy(sheet.vertices, sheet.triangles);
-  EXPECT_EQ(largest_distance(energy.solve({}, 1.0, sheet.vertices), sheet.vertices), 0.0);
+  EdgeLaplacian energy(sheet.vertices, sheet.triangles, 0.1);
+  const Pins none(sheet.vertices.size());
+  ASSERT_TRUE(energy.factorise(none.weights, 1.0));
+  EXPECT_LT(largest_distance(energy.solve(none.targets, sheet.vertices), sheet.vertices), 1e-6);
 }
 
 TEST(EdgeLaplacian, AFewHandlesCarryTheWholeSheetRigidly) {
   const Sheet sheet = make_sheet(9, 0.8);
   EdgeLaplacian energy(sheet.vertices, sheet.triangles, 0.1);
   const auto target = transformed(sheet.vertices, rigid);
-  std::vector<Match> matches;
-  for (const int v : {0, 8, 40, 72, 80}) matches.push_back(pin(v, target[v]));
+  Pins pins(sheet.vertices.size());
+  for (const int v : {0, 8, 40, 72, 80}) pins.add(v, target[v]);
+  ASSERT_TRUE(energy.factorise(pins.weights, 1.0));
   std::vector<Eigen::Vector3d> x = sheet.vertices;
   for (int turn = 0; turn < 400; ++turn) {
     energy.fit_rotations(x, 1);
-    x = energy.solve(matches, 1.0, x);
+    x = energy.solve(pins.targets, x);
   }
   EXPECT_LT(largest_distance(x, target), 1e-3);
 }
@@ -116,14 +124,32 @@ TEST(EdgeLaplacian, SolutionFollowsASimilarityOfEverything) {
   const Eigen::Affine3d similarity = rigid * Eigen::Scaling(2.5);
   const auto solve = [&](const Eigen::Affine3d& motion) {
     const auto reference = transformed(sheet.vertices, motion);
-    EdgeLaplacian energy(reference, sheet.triangles, 0.05);
-    std::vector<Match> matches;
+    const double size = std::cbrt(motion.linear().determinant());
+    EdgeLaplacian energy(reference, sheet.triangles, 0.05 * size);
+    Pins pins(reference.size());
     for (const int v : {0, 8, 40, 72, 80})
-      matches.push_back(pin(v, motion * (sheet.vertices[v] + Eigen::Vector3d(0, 0, v == 40 ? 0.2 : 0.0))));
+      pins.add(v, motion * (sheet.vertices[v] + Eigen::Vector3d(0, 0, v == 40 ? 0.2 : 0.0)));
     energy.fit_rotations(reference, 1);
-    return energy.solve(matches, 0.01, reference);
+    EXPECT_TRUE(energy.factorise(pins.weights, 0.01));
+    return energy.solve(pins.targets, reference);
   };
   EXPECT_LT(largest_distance(solve(similarity), transformed(solve(Eigen::Affine3d::Identity()), similarity)), 1e-5);
+}
+
+TEST(EdgeLaplacian, AKeptFactorisationSolvesLikeAFreshOne) {
+  const Sheet sheet = make_sheet(9, 0.8);
+  const auto moved = transformed(sheet.vertices, rigid);
+  EdgeLaplacian kept(sheet.vertices, sheet.triangles, 0.1);
+  Pins pins(sheet.vertices.size());
+  for (const int v : {0, 8, 72}) pins.add(v, sheet.vertices[v]);
+  ASSERT_TRUE(kept.factorise(pins.weights, 0.5));
+  kept.solve(pins.targets, sheet.vertices);
+  for (const int v : {0, 8, 72}) pins.add(v, moved[v]);
+  kept.fit_rotations(moved, 1);
+  EdgeLaplacian fresh(sheet.vertices, sheet.triangles, 0.1);
+  fresh.fit_rotations(moved, 1);
+  ASSERT_TRUE(fresh.factorise(pins.weights, 0.5));
+  EXPECT_LT(largest_distance(kept.solve(pins.targets, moved), fresh.solve(pins.targets, moved)), 1e-12);
 }
 
 TEST(EdgeLaplacian, ThreadsDoNotChangeTheResult) {
@@ -132,7 +158,10 @@ TEST(EdgeLaplacian, ThreadsDoNotChangeTheResult) {
   const auto solve = [&](int threads) {
     EdgeLaplacian energy(sheet.vertices, sheet.triangles, 0.1);
     energy.fit_rotations(moved, threads);
-    return energy.solve(std::vector<Match>{pin(3, moved[3]), pin(500, moved[500])}, 1.0, moved);
+    Pins pins(moved.size());
+    for (const int v : {3, 500}) pins.add(v, moved[v]);
+    EXPECT_TRUE(energy.factorise(pins.weights, 1.0));
+    return energy.solve(pins.targets, moved);
   };
   EXPECT_EQ(largest_distance(solve(1), solve(3)), 0.0);
 }

@@ -5,7 +5,7 @@
 #include "common/mesh/closest_point.h"
 #include "offload/fit/cloud_preparation.h"
 #include "offload/fit/rest_surface.h"
-#include "tests/offload/fit/sample_cloud.h"
+#include "tests/offload/fit/random_person.h"
 
 #include <gtest/gtest.h>
 #include <numbers>
@@ -80,7 +80,7 @@ TEST_P(ClosedLoop, ShapeAndPoseComeBack) {
   const double yaw = -2.9 + 1.3 * GetParam();
   const PosedBody truth = evaluate(human(), somebody(100 + GetParam(), yaw));
   const PointCloud cloud = cloud_of(truth);
-  const auto fit = fit_person(human(), cloud, quick());
+  const auto fit = fit_person(human(), cloud, {}, quick());
   ASSERT_TRUE(fit) << fit.error().message();
   EXPECT_LT(turn_between(yaw_of(fit->pose), yaw), 5 * degree);
   EXPECT_LT(mean_distance(ClosestPoint(fit->vertices, human().mesh.triangles), cloud), 0.0035);
@@ -119,11 +119,15 @@ TEST(Facing, IsRightWithoutFeet) {
       cut.points.push_back(cloud.points[i]);
       cut.normals.push_back(cloud.normals[i]);
     }
-    const auto fit = fit_person(human(), cut, quick());
+    const auto fit = fit_person(human(), cut, {}, quick());
     ASSERT_TRUE(fit);
     EXPECT_EQ(fit->guesses.front().toes, 0.0);
     EXPECT_LT(turn_between(yaw_of(fit->pose), yaw), 8 * degree);
-    EXPECT_LT(fit->support.at("left foot"), 0.1);
+    EXPECT_LT(fit->quality.support.at("left foot"), 0.1);
+    const auto& guessed = fit->quality.prior_only;
+    EXPECT_NE(std::find(guessed.begin(), guessed.end(), "left foot"), guessed.end());
+    EXPECT_EQ(std::find(guessed.begin(), guessed.end(), "torso"), guessed.end());
+    EXPECT_GT(fit->measures.at("stature").deviation, 0.02);
     EXPECT_FALSE(fit->warnings.empty());
   }
 }
@@ -149,14 +153,74 @@ TEST(Robustness, MissingArmStraysAndFloorOnlyCostTheArm) {
   for (int i = 0; i < 2000; ++i)
     add({0.6f * uniform(random), 0.01f * uniform(random), 0.6f * uniform(random)}, Eigen::Vector3f::UnitY());
 
-  const auto fit = fit_person(body, cloud, quick());
+  const auto fit = fit_person(body, cloud, {}, quick());
   ASSERT_TRUE(fit) << fit.error().message();
   EXPECT_LT(turn_between(yaw_of(fit->pose), 0.5), 6 * degree);
-  EXPECT_LT(fit->support.at("left hand"), 0.1);
-  EXPECT_GT(fit->support.at("right arm"), 0.7);
+  EXPECT_LT(fit->quality.support.at("left hand"), 0.1);
+  EXPECT_GT(fit->quality.support.at("right arm"), 0.7);
   EXPECT_LT(worst_joint(*fit, truth, {"rightUpperArm", "rightLowerArm", "leftUpperLeg", "leftLowerLeg"}), 0.04);
+  const int lost = body.landmarks.at("leftWrist"), kept = body.landmarks.at("rightElbow");
+  EXPECT_EQ(fit->quality.confidence[lost], 0.0);
+  EXPECT_TRUE(std::isnan(fit->quality.residual[lost]));
+  EXPECT_GT(fit->quality.confidence[kept], 0.3);
+  EXPECT_LT(fit->quality.residual[kept], 0.01);
+  EXPECT_GT(fit->measures.at("left_arm").deviation, 1.5 * fit->measures.at("right_arm").deviation);
   // The guessed arm mirrors the other one, whole and not torn away.
   EXPECT_LT(worst_joint(*fit, truth, {"leftUpperArm", "leftLowerArm", "leftHand"}), 0.15);
+}
+
+// The coarse fit is taken from one heading only, so a certain heading that is wrong must show.
+TEST(Landmarks, ACertainHeadingIsBelieved) {
+  const RandomPerson person = random_person(human(), 21);
+  LandmarkSet landmarks;
+  landmarks.yaw = person.yaw;
+  landmarks.yaw_certainty = 0.95;
+  const auto fit = fit_person(human(), cloud_of(person.posed, 8000), landmarks, quick());
+  ASSERT_TRUE(fit);
+  EXPECT_EQ(fit->guesses.size(), 1U);
+  EXPECT_LT(turn_between(yaw_of(fit->pose), person.yaw), 5 * degree);
+}
+
+TEST(Landmarks, FewPointsAndLandmarksMakeABody) {
+  const BodyTemplate& body = human();
+  const RandomPerson person = random_person(body, 22);
+  LandmarkSet landmarks;
+  for (const auto& [name, vertex] : body.landmarks)
+    if (name != "crown" && name != "leftKnee")
+      landmarks.placed.push_back(
+          {name, person.posed.vertices[vertex], 4e-6 * Eigen::Matrix3d::Identity(), "picked", {}});
+  landmarks.placed.push_back({"unheardOf", {0, 9, 0}, 4e-6 * Eigen::Matrix3d::Identity(), "picked", {}});
+  // A trunk without limbs or head.
+  const PointCloud trunk = only(cloud_of(person.posed), [&](const Eigen::Vector3d& p) {
+    return p.y() > 0.9 && p.y() < 1.3 && Eigen::Vector2d(p.x(), p.z()).norm() < 0.2;
+  });
+  const auto fit = fit_person(body, trunk, landmarks, quick());
+  ASSERT_TRUE(fit) << fit.error().message();
+  EXPECT_LT(turn_between(yaw_of(fit->pose), person.yaw), 6 * degree);
+  EXPECT_LT(worst_joint(*fit, person.posed, {"leftLowerArm", "rightHand", "leftFoot", "rightFoot", "leftHand"}), 0.06);
+}
+
+TEST(Measures, OfAKnownPersonComeBack) {
+  const BodyTemplate& body = human();
+  const RandomPerson person = random_person(body, 23);
+  const auto fit = fit_person(body, cloud_of(person.posed), {}, quick());
+  ASSERT_TRUE(fit);
+  std::vector<Eigen::Vector3d> rest = person.posed.rest_vertices;
+  double sole = 1.0;
+  for (const Eigen::Vector3d& v : rest) sole = std::min(sole, v.y());
+  for (Eigen::Vector3d& v : rest) v.y() -= sole;
+  double top = 0.0;
+  for (const Eigen::Vector3d& v : person.posed.vertices) top = std::max(top, v.y());
+  const auto truth = measure_person(body, rest, std::vector<double>(rest.size(), 1.0), 0.0, 0.0, top, -1.0);
+  EXPECT_TRUE(truth.contains("stature"));
+  EXPECT_TRUE(truth.contains("inseam"));
+  for (const auto& [name, measure] : truth) {
+    EXPECT_NEAR(fit->measures.at(name).value, measure.value, std::max(0.015, 2.5 * fit->measures.at(name).deviation))
+        << name;
+    EXPECT_GT(fit->measures.at(name).deviation, measure.deviation) << name;
+  }
+  EXPECT_NEAR(fit->stature, top, 0.004);
+  EXPECT_FALSE(truth.contains("stature_without_hair"));
 }
 
 TEST(Robustness, BadClouds) {
@@ -178,7 +242,7 @@ TEST(Robustness, AThingIsFittedWithAWarning) {
     ball.points.emplace_back((0.4 * n + Eigen::Vector3d(0, 0.4, 0)).cast<float>());
     ball.normals.emplace_back(n.cast<float>());
   }
-  const auto fit = fit_person(human(), ball, quick());
+  const auto fit = fit_person(human(), ball, {}, quick());
   ASSERT_TRUE(fit) << fit.error().message();
   EXPECT_FALSE(fit->warnings.empty());
   for (const Eigen::Vector3d& v : fit->vertices) ASSERT_TRUE(v.allFinite());
