@@ -86,6 +86,17 @@ std::optional<std::string> ring_warning(const json& scene) {
          "across them may be wrong. Go a little farther than once around.";
 }
 
+// Passes that had nothing in common with the others but the subject's shape.
+void add_join_warnings(const json& scene, std::vector<std::string>& warnings) {
+  const json joined = scene.value("joined_by_shape", json::array());
+  if (!joined.is_array()) return;
+  for (const json& pass : joined)
+    warnings.push_back(
+        fmt::format("The pictures of pass {} show nothing that the others show as well: they were put in place by the "
+                    "subject's shape, to about {:.1f} mm. Record all passes in one room and one light.",
+                    text_at(pass, "/pass"), number_at(pass, "/residual_mm", 0)));
+}
+
 std::vector<std::string> find_warnings(const ReportFacts& facts) {
   std::vector<std::string> warnings;
   const std::size_t keyframes = facts.keyframes.size(), registered = facts.model.images.size();
@@ -105,6 +116,7 @@ std::vector<std::string> find_warnings(const ReportFacts& facts) {
                                    holes.size() == 1 ? "One place" : std::to_string(holes.size()) + " places",
                                    holes.size() == 1 ? "was" : "were"));
   if (const auto warning = ring_warning(facts.scene)) warnings.push_back(*warning);
+  if (facts.scene.is_object()) add_join_warnings(facts.scene, warnings);
   if (flag_at(facts.fit, "/template/built_in"))
     warnings.emplace_back(
         "No human template was installed: the built-in stand-in was used, which has no face rig and a coarse body.");
