@@ -2,7 +2,9 @@
 // Measures how a template's expressions go over to people of random shape, as JSON lines: contacts of lids and lips,
 // what the template gives itself, and the time.
 //
-//   transfer_bench [--template FILE] [--people N] [--out DIR]
+//   transfer_bench [--template FILE] [--people N] [--rest FILE] [--out DIR]
+//
+// --rest: rest.ply of a fit, of a person who exists.
 #include "offload/body/expression_transfer.h"
 #include "offload/body/mean_value_coordinates.h"
 #include "tests/offload/body/random_person.h"
@@ -158,11 +160,12 @@ void measure_joints(const gyre::BodyTemplate& body, int people) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::filesystem::path file, out;
+  std::filesystem::path file, out, rest;
   int people = 10;
   CLI::App app("Measures the transfer of a template's expressions to people of random shape.");
   app.add_option("--template", file, "packed template; default: as the stages find one");
   app.add_option("--people", people, "random people");
+  app.add_option("--rest", rest, "rest surface of a fitted person, measured as well");
   app.add_option("--out", out, "folder for a picture of the faces");
   CLI11_PARSE(app, argc, argv);
   gyre::start_logging("transfer_bench", "info");
@@ -177,7 +180,15 @@ int main(int argc, char** argv) {
   for (int p = 0; p < people; ++p)
     measure_person(*body, "person-" + std::to_string(p), gyre::random_person(*body, static_cast<std::uint64_t>(p) + 1),
                    sheet);
-  measure_joints(*body, people);
+  if (people > 0) measure_joints(*body, people);
+  if (!rest.empty()) {
+    const auto fitted = gyre::read_ply(rest);
+    if (!fitted || fitted->vertices.size() != body->mesh.vertices.size()) {
+      std::fprintf(stderr, "%s is no rest surface of this template\n", rest.c_str());
+      return 1;
+    }
+    measure_person(*body, "fitted", fitted->vertices, sheet);
+  }
   if (!out.empty()) {
     std::filesystem::create_directories(out);
     cv::imwrite((out / "faces.png").string(), sheet);
