@@ -112,7 +112,8 @@ void carry_inner_parts(const BodyTemplate& body, const std::vector<Eigen::Vector
     groups[oral ? "mouth" : part.name].push_back({part.first_vertex, part.first_vertex + part.vertex_count});
   }
   for (const auto& [name, parts] : groups) {
-    const auto lids = std::find_if(openings.begin(), openings.end(), [&](const auto& o) { return o.name == name; });
+    const auto lids = std::find_if(openings.begin(), openings.end(),
+                                   [&group = name](const FaceOpening& o) { return o.name == group; });
     const bool is_eye = name != "mouth" && lids != openings.end();
     const Similarity moved = motion_of(surroundings(*skin, parts, before, neighbours * parts.size()), before, after,
                                        is_eye ? eye_change : most_change - 1.0);
