@@ -4,6 +4,7 @@
 #include "common/bundle/atomic_file.h"
 #include "offload/report/coverage_plot.h"
 #include "offload/report/json_fields.h"
+#include "offload/report/landmark_words.h"
 
 #include <fmt/format.h>
 #include <cmath>
@@ -201,6 +202,13 @@ Result<ReportFacts> collect_facts(const Bundle& bundle) {
   facts.scene = read_object(bundle.work("cameras") / "scene.json", damaged);
   facts.cloud = read_object(bundle.work("cloud") / "cloud.json", damaged);
   facts.coverage = read_object(bundle.work("cloud") / "coverage.json", damaged);
+  if (const auto file = bundle.work("landmarks") / "landmarks.json"; std::filesystem::exists(file)) {
+    if (auto landmarks = read_landmarks(file)) {
+      facts.landmarks = std::move(*landmarks);
+    } else {
+      damaged.push_back(landmarks.error().message());
+    }
+  }
   facts.fit = read_object(bundle.work("fit") / "fit.json", damaged);
   facts.texture = read_object(bundle.work("texture") / "texture.json", damaged);
   facts.stages = read_stages(bundle, damaged);
@@ -242,6 +250,7 @@ json to_json(const ReportFacts& facts) {
           {"scene", facts.scene},
           {"cloud", facts.cloud},
           {"holes", hole_sentences(facts)},
+          {"landmarks", facts.landmarks ? json(landmark_sentences(*facts.landmarks)) : json()},
           {"fit", fit},
           {"texture", facts.texture},
           {"avatar_bytes", facts.avatar_bytes},
