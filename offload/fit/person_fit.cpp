@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/fit/person_fit.h"
 
+#include "offload/body/face_contacts.h"
+#include "offload/body/inner_parts.h"
 #include "offload/fit/cloud_preparation.h"
-#include "offload/fit/inner_parts.h"
 #include "offload/fit/rest_surface.h"
 
 #include <algorithm>
@@ -153,6 +154,7 @@ Result<PersonFit> fit_person(const BodyTemplate& body, const PointCloud& cloud, 
   for (std::size_t v = 0; v < with_head.support.size(); ++v)
     with_head.support[v] = std::max(with_head.support[v], surface.support[v]);
   carry_inner_parts(body, head.vertices, with_head.vertices);
+  settle_face(body, with_head.vertices);
   fit.vertices = std::move(with_head.vertices);
 
   RestSurface rest = unpose(body, fit.vertices, evaluate(body, fit.state).rest_joints, fit.state.pose);

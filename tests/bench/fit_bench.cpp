@@ -127,6 +127,21 @@ Result<double> true_height(const std::filesystem::path& file) {
   return json["subject_info"].value("height_m", 0.0);
 }
 
+// The eyeballs' centres, which the truth of the frames does not have, as joints of the pass.
+Result<void> add_eyes(const std::filesystem::path& file, gyre::TruthPass& pass) {
+  const auto text = gyre::read_file(file);
+  if (!text) return tl::unexpected(text.error());
+  const auto json = nlohmann::json::parse(*text, nullptr, false);
+  if (!json.is_object() || !json.contains("joints")) return {};
+  for (const auto& joint : json["joints"]) {
+    const std::string name = joint.value("name", "");
+    if (name != "LeftEye" && name != "RightEye") continue;
+    const auto at = joint.at("position").get<std::array<double, 3>>();
+    pass.joints[name == "LeftEye" ? "leftEye" : "rightEye"] = {at[0], at[1], at[2]};
+  }
+  return {};
+}
+
 Result<void> score(const std::string& name, const gyre::BodyTemplate& body, const gyre::PointCloud& cloud,
                    const gyre::LandmarkSet& landmarks, const gyre::Truth& truth, const Arguments& arguments) {
   const auto height = true_height(arguments.subject / "orbit-body" / "truth.json");
@@ -175,8 +190,9 @@ Result<void> measure(const Arguments& arguments) {
   time_solves(*body);
   if (auto done = closed_loop(*body, arguments.seeds, arguments.noise_mm / 1000); !done) return done;
   if (arguments.subject.empty()) return {};
-  const auto truth = gyre::read_truth(arguments.subject);
+  auto truth = gyre::read_truth(arguments.subject);
   if (!truth) return tl::unexpected(truth.error());
+  if (auto added = add_eyes(arguments.subject / "orbit-body" / "joints.json", truth->at("body")); !added) return added;
   const gyre::TriangleMesh& surface = truth->at("body").surface;
   const auto sampled =
       gyre::sample_visible(surface.vertices, surface.triangles, {150000, arguments.noise_mm / 1000, 600, 1});

@@ -5,6 +5,7 @@
 #include "common/mesh/closest_point.h"
 #include "common/mesh/mesh_io.h"
 #include "common/render/rasterise.h"
+#include "offload/body/mean_value_coordinates.h"
 #include "offload/report/surface_errors.h"
 #include "tests/offload/fit/sample_cloud.h"
 
@@ -131,10 +132,12 @@ void print_scores(const std::string& name, const BodyTemplate& body, const Perso
     print_distances(name, "face_fitted_to_true", distances_to(ClosestPoint(head), fitted_face));
   }
 
-  std::vector<double> joint_errors;
+  const PosedBody coarse = evaluate(body, fit.state);
+  const TemplatePart& skin = body.parts.front();
+  std::vector<double> joint_errors, carried_errors;
   for (const auto& [joint, position] : whole.joints) {
     const int index = body.joint_index(joint);
-    if (index < 0) continue;
+    if (index < 0 || joint.ends_with("Eye")) continue;
     const Eigen::Vector3d error = truth_from_world * (fit.posed_from_rest[index] * fit.rest_joints[index]) - position;
     joint_errors.push_back(error.norm());
     print_figure(name, "joint_" + joint, 1000 * error.norm(), "mm");
@@ -150,13 +153,12 @@ void print_scores(const std::string& name, const BodyTemplate& body, const Perso
   }
 
   // Triangles that turned over against the body the surface started from.
-  const std::vector<Eigen::Vector3d> start = evaluate(body, fit.state).vertices;
   int folded = 0;
   for (const Eigen::Vector3i& t : body.mesh.triangles) {
     const auto normal = [&](const std::vector<Eigen::Vector3d>& x) -> Eigen::Vector3d {
       return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
     };
-    folded += normal(fit.vertices).dot(normal(start)) < 0 ? 1 : 0;
+    folded += normal(fit.vertices).dot(normal(coarse.vertices)) < 0 ? 1 : 0;
   }
   print_figure(name, "folded_triangles", folded, "1");
   print_figure(name, "residual_mean", 1000 * fit.quality.residual_mean, "mm");
