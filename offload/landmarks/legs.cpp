@@ -106,7 +106,11 @@ std::optional<Eigen::Vector3d> find_crotch(const Figure& figure, const PointClou
     bands[band].sideways.push_back(outward);
     bands[band].depths.push_back(figure.depth(p));
   }
-  const double opening = 0.005 * figure.height;
+  // What counts as a gap: more than chance leaves between the points of a band.
+  const auto is_open = [&](const Band& band) {
+    const double chance = 6 * 0.24 * figure.height / std::max<double>(static_cast<double>(band.sideways.size()), 1);
+    return widest_gap(band.sideways, 0.05 * figure.height).second > std::max(0.005 * figure.height, chance);
+  };
   int open_below = 0;
   double middle = 0;
   for (std::size_t i = 0; i < bands.size(); ++i) {
@@ -115,16 +119,15 @@ std::optional<Eigen::Vector3d> find_crotch(const Figure& figure, const PointClou
     const auto on = [&](double sign) {
       return std::count_if(x.begin(), x.end(), [&](double v) { return sign * v > 0; }) >= 5;
     };
-    const auto [centre, width] = widest_gap(x, 0.05 * figure.height);
-    if (on(1) && on(-1) && width > opening) {
+    if (on(1) && on(-1) && is_open(bands[i])) {
       ++open_below;
-      middle = centre;
+      middle = widest_gap(x, 0.05 * figure.height).first;
       continue;
     }
     // The trunk is closed from here on.
     int closed = 0;
     for (std::size_t k = i; k < std::min(i + 6, bands.size()); ++k)
-      closed += widest_gap(bands[k].sideways, 0.05 * figure.height).second <= opening && bands[k].sideways.size() > 10;
+      closed += bands[k].sideways.size() > 10 && !is_open(bands[k]) ? 1 : 0;
     if (open_below < 8 || closed < 4) continue;
     const double level = low + static_cast<double>(i) * step;
     if (level < 0.40 || level > 0.53) return std::nullopt;
