@@ -31,6 +31,22 @@ double stiffness_of(BodyRegion region, const NonrigidFitOptions& options) {
   }
 }
 
+// Per template vertex: whether it lies around an eyeball.
+std::vector<bool> around_eyes(const BodyTemplate& body) {
+  constexpr double reach = 0.012;  // metres
+  std::vector<bool> around(body.mesh.vertices.size(), false);
+  for (const char* name : {"leftEye", "rightEye"}) {
+    const TemplatePart* eye = body.part(name);
+    if (eye == nullptr) continue;
+    for (std::size_t v = 0; v < around.size(); ++v) {
+      if (body.regions[v] != BodyRegion::face && body.regions[v] != BodyRegion::inner) continue;
+      for (int e = eye->first_vertex; e < eye->first_vertex + eye->vertex_count && !around[v]; ++e)
+        around[v] = (body.mesh.vertices[v] - body.mesh.vertices[e]).squaredNorm() < reach * reach;
+    }
+  }
+  return around;
+}
+
 // Far pairs count less. Matches come with the confidence of their points, or of those around their vertex.
 void weigh(std::vector<Match>& matches, const BodyTemplate& body, const std::vector<Eigen::Vector3d>& x, double radius,
            double hand_weight) {
@@ -133,7 +149,9 @@ class Descent {
 
   EdgeLaplacian make_energy(const std::vector<Eigen::Vector3d>& reference) const {
     std::vector<double> stiffness;
-    for (std::size_t v = 0; v < count_; ++v) stiffness.push_back(stiffness_of(body_.regions[v], options_));
+    const std::vector<bool> lids = around_eyes(body_);
+    for (std::size_t v = 0; v < count_; ++v)
+      stiffness.push_back(lids[v] ? options_.lid_stiffness : stiffness_of(body_.regions[v], options_));
     const std::size_t triangles = part_ ? part_->triangle_count : body_.mesh.triangles.size();
     return EdgeLaplacian({reference.begin(), reference.begin() + static_cast<std::ptrdiff_t>(count_)},
                          {body_.mesh.triangles.data(), triangles}, options_.membrane, stiffness);

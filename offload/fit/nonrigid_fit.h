@@ -18,7 +18,7 @@ struct NonrigidFitOptions {
   double last_stiffness = 1e-2;   // ... to this, in equal ratios, a factorisation each
   int steps = 6;
   double first_landmark_share = 0.1;  // l_lm goes from this ...
-  double last_landmark_share = 1e-4;  // ... to this
+  double last_landmark_share = 1e-2;  // ... to this; what slides along the surface is held by the landmarks alone
   int searches = 3;                   // new correspondences a step
   int turns = 2;                      // rotations and vertices in turn, a search
   double membrane = 0.03;             // metres, of EdgeLaplacian
@@ -32,6 +32,7 @@ struct NonrigidFitOptions {
   double hand_stiffness = 30.0;
   double foot_stiffness = 10.0;
   double head_stiffness = 3.0;  // and face
+  double lid_stiffness = 30.0;  // around the eyeballs, so that the lids keep lying on them
   int threads = 0;
 };
 

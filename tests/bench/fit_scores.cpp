@@ -142,8 +142,16 @@ void print_scores(const std::string& name, const BodyTemplate& body, const Perso
     joint_errors.push_back(error.norm());
     print_figure(name, "joint_" + joint, 1000 * error.norm(), "mm");
     for (int k = 0; k < 3; ++k) print_figure(name, "joint_" + joint + "_" + "xyz"[k], 1000 * error[k], "mm");
+    // The coarse fit's joint carried along by the fine fit, instead of regressed from its surface.
+    const Eigen::VectorXd weights = mean_value_coordinates(
+        {coarse.vertices.data(), static_cast<std::size_t>(skin.vertex_count)},
+        {body.mesh.triangles.data(), static_cast<std::size_t>(skin.triangle_count)}, coarse.joint(index));
+    Eigen::Vector3d carried = Eigen::Vector3d::Zero();
+    for (int v = 0; v < skin.vertex_count; ++v) carried += weights[v] * vertices[v];
+    carried_errors.push_back((carried - position).norm());
   }
   print_distances(name, "joints", joint_errors);
+  print_distances(name, "joints_by_mean_values", carried_errors);
   for (const char* eye : {"leftEye", "rightEye"}) {
     const TemplatePart* part = body.part(eye);
     const auto found = whole.joints.find(eye);
