@@ -84,4 +84,26 @@ const std::array<std::string_view, 52>& arkit_expressions() {
   return names;
 }
 
+const std::array<std::string_view, 15>& oculus_visemes() {
+  static constexpr std::array<std::string_view, 15> names = {
+      "viseme_sil", "viseme_PP", "viseme_FF", "viseme_TH", "viseme_DD", "viseme_kk", "viseme_CH", "viseme_SS",
+      "viseme_nn",  "viseme_RR", "viseme_aa", "viseme_E",  "viseme_I",  "viseme_O",  "viseme_U"};
+  return names;
+}
+
+const std::vector<std::string>& landmark_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all = {"crown",    "sellion", "noseTip", "noseBase", "upperLip",
+                                    "lowerLip", "chin",    "navel",   "crotch"};
+    for (const std::string side : {"left", "right"})
+      for (const char* name :
+           {"EyeInner", "EyeOuter",  "UpperLid", "LowerLid", "MouthCorner", "Nostril",  "Ear",      "EarLobe",
+            "JawAngle", "Jaw",       "Shoulder", "Elbow",    "Wrist",       "ThumbTip", "IndexTip", "Fingertip",
+            "RingTip",  "LittleTip", "Nipple",   "Knee",     "Ankle",       "Heel",     "Toe"})
+        all.push_back(side + name);
+    return all;
+  }();
+  return names;
+}
+
 }  // namespace gyre
