@@ -26,6 +26,18 @@ void add_pipeline_flags(CLI::App& verb, PipelineFlags& flags) {
       ->check(CLI::Range(100.0, 20000.0));
   verb.add_option("--texture-size", flags.texture_size, "side of the texture, pixels; default: 2048")
       ->check(CLI::Range(1024, 8192));
+  verb.add_option("--landmarks", flags.picked_landmarks,
+                  "JSON file of landmarks picked in pictures or in space; they count more than any that are found");
+  verb.add_option("--keypoint-network", flags.keypoint_network,
+                  "ONNX whole-body keypoint network that helps to find landmarks; default: none, geometry alone");
+  verb.add_option("--keypoint-layout", flags.keypoint_layout,
+                  "keypoints of that network; default: 133 (COCO-WholeBody)")
+      ->check(CLI::IsMember({"133", "135"}));
+  verb.add_option("--keypoint-size", flags.keypoint_size,
+                  "width and height of that network's input, pixels; default: 288 384. Its normalisation is set with "
+                  "--set landmarks.network_mean, network_deviation (three numbers, 0 to 255) and network_rgb")
+      ->expected(2)
+      ->check(CLI::Range(8, 4096));
   verb.add_option("--set", flags.settings, "any option of a stage, as STAGE.OPTION=VALUE; may be given several times");
   verb.add_option("--until", flags.pipeline.until, "last stage to run; default: all");
   verb.add_option("--threads", flags.pipeline.threads, "threads; 0: one a core")
@@ -62,6 +74,13 @@ Result<PipelineOptions> pipeline_options(const PipelineFlags& flags, std::option
     if (height_mm > 0) set("height_mm", height_mm);
     if (flags.turntable_radius_mm > 0) set("turntable_radius_mm", flags.turntable_radius_mm);
     if (flags.texture_size > 0) set("size", flags.texture_size);
+    if (!flags.picked_landmarks.empty()) set("picked", std::filesystem::absolute(flags.picked_landmarks).string());
+    if (!flags.keypoint_network.empty()) set("network", std::filesystem::absolute(flags.keypoint_network).string());
+    if (!flags.keypoint_layout.empty()) set("network_layout", flags.keypoint_layout);
+    if (flags.keypoint_size.size() == 2) {
+      set("network_width_px", flags.keypoint_size[0]);
+      set("network_height_px", flags.keypoint_size[1]);
+    }
   }
   return options;
 }

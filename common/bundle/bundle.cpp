@@ -97,6 +97,7 @@ json to_json(const Scan& scan) {
   for (const ScanPass& p : scan.passes) {
     passes.push_back(
         {{"name", p.name}, {"fps", p.fps}, {"frame_count", p.frame_count}, {"width", p.width}, {"height", p.height}});
+    if (p.focal_35mm) passes.back()["focal_35mm"] = *p.focal_35mm;
   }
   return {{"format", Scan::format_version},
           {"id", scan.id},
@@ -123,8 +124,8 @@ Result<Scan> scan_from_json(const json& j) {
     s.height_mm = optional_number(j, "height_mm");
     if (const auto it = j.find("camera"); it != j.end() && !it->is_null()) s.camera = camera_of(*it);
     for (const json& p : j.at("passes")) {
-      s.passes.push_back(
-          {p.at("name"), p.value("fps", 0.0), p.value("frame_count", 0), p.value("width", 0), p.value("height", 0)});
+      s.passes.push_back({p.at("name"), p.value("fps", 0.0), p.value("frame_count", 0), p.value("width", 0),
+                          p.value("height", 0), optional_number(p, "focal_35mm")});
     }
     return s;
   });

@@ -125,7 +125,8 @@ Result<IngestedPass> ingest_capture(const std::filesystem::path& capture, const 
   if (!written) return tl::unexpected(written.error());
 
   IngestedPass out;
-  out.pass = {pass, info.fps, static_cast<int>(measured->frames.size()), info.width, info.height};
+  const auto frames = static_cast<int>(measured->frames.size());
+  out.pass = {pass, info.fps, frames, info.width, info.height, info.focal_35mm};
   out.records = frame_records(pass, measured->frames, measured->selection);
   out.keyframes = static_cast<int>(keyframes.size());
   return out;

@@ -24,8 +24,9 @@ struct CaptureInfo {
   bool pictures = false;  // a folder of pictures instead of a video
   int width = 0;          // upright, pixels
   int height = 0;
-  double fps = 0.0;         // nominal; 0 for a folder
-  int expected_frames = 0;  // exact for a folder, the container's claim for a video; 0: unknown
+  double fps = 0.0;                  // nominal; 0 for a folder
+  int expected_frames = 0;           // exact for a folder, the container's claim for a video; 0: unknown
+  std::optional<double> focal_35mm;  // as the first picture's EXIF says, see ExifFacts
 };
 
 // Belongs to one thread.

@@ -71,7 +71,7 @@ class ImageFolder : public FrameSource {
     Result<std::string> bytes = read_file(file);
     if (!bytes) return tl::unexpected(bytes.error());
 
-    const Orientation orientation = exif_orientation(std::as_bytes(std::span(*bytes)));
+    const ExifFacts exif = read_exif(std::as_bytes(std::span(*bytes)));
     cv::Mat stored;
     try {
       const cv::Mat buffer(1, static_cast<int>(bytes->size()), CV_8UC1, bytes->data());
@@ -82,10 +82,11 @@ class ImageFolder : public FrameSource {
     if (stored.empty()) return fail("cannot read picture", file.string(), "remove it or replace it");
 
     Frame frame;
-    frame.image = oriented(stored, orientation);
+    frame.image = oriented(stored, exif.orientation);
     if (count_ == 0) {
       info_.width = frame.image.cols;
       info_.height = frame.image.rows;
+      info_.focal_35mm = exif.focal_35mm;
     } else if (frame.image.cols != info_.width || frame.image.rows != info_.height) {
       return fail("pictures of mixed size",
                   file.string() + " is " + std::to_string(frame.image.cols) + "x" + std::to_string(frame.image.rows) +
@@ -93,7 +94,7 @@ class ImageFolder : public FrameSource {
                   "keep the pictures of one camera in one zoom, held one way");
     }
     const bool is_jpeg = bytes->starts_with("\xff\xd8");
-    if (is_jpeg && orientation == Orientation::upright) frame.jpeg = std::move(*bytes);
+    if (is_jpeg && exif.orientation == Orientation::upright) frame.jpeg = std::move(*bytes);
     frame.index = static_cast<int>(count_++);
     frame.time = frame.index;
     return frame;

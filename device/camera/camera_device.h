@@ -17,9 +17,10 @@ struct CameraInfo {
   std::string name;
   int width = 0;  // of the upright frames, pixels
   int height = 0;
-  double fps = 0.0;          // 0: single photographs
-  int expected_frames = 0;   // of a recording that will end by itself; 0: goes on until it is stopped
-  bool photographs = false;  // every frame was chosen by a person
+  double fps = 0.0;                  // 0: single photographs
+  int expected_frames = 0;           // of a recording that will end by itself; 0: goes on until it is stopped
+  bool photographs = false;          // every frame was chosen by a person
+  std::optional<double> focal_35mm;  // see ScanPass
 };
 
 struct CameraEvent {

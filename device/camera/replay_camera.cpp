@@ -22,7 +22,8 @@ class ReplayCamera : public CameraDevice {
              .height = capture.height,
              .fps = capture.fps,
              .expected_frames = capture.expected_frames,
-             .photographs = is_photographs(capture)};
+             .photographs = is_photographs(capture),
+             .focal_35mm = capture.focal_35mm};
   }
 
   const CameraInfo& info() const override { return info_; }

@@ -56,7 +56,8 @@ class PassRecorder {
 
   ScanPass pass() const {
     const CameraInfo& camera = camera_.info();
-    return {name_, camera.fps, static_cast<int>(analysis_.frames().size()), camera.width, camera.height};
+    const auto frames = static_cast<int>(analysis_.frames().size());
+    return {name_, camera.fps, frames, camera.width, camera.height, camera.focal_35mm};
   }
 
  private:
@@ -129,7 +130,8 @@ Result<RecordingSummary> record_scan(Spool& spool, Scan scan, std::span<const Pa
   scan.passes.clear();
   for (const PassPlan& plan : passes) {
     const CameraInfo& camera = plan.camera->info();
-    scan.passes.push_back({plan.name, camera.fps, camera.expected_frames, camera.width, camera.height});
+    scan.passes.push_back(
+        {plan.name, camera.fps, camera.expected_frames, camera.width, camera.height, camera.focal_35mm});
   }
 
   std::vector<FrameRecord> records;

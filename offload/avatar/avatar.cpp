@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/avatar/avatar.h"
 
+#include "offload/body/expression_transfer.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -16,27 +18,6 @@ std::vector<Eigen::Vector3d> unit_normals(const std::vector<Eigen::Vector3d>& ve
     if (n.norm() < 0.5) n = Eigen::Vector3d::UnitZ();
   }
   return normals;
-}
-
-// Root mean square distance of the head's vertices from their middle: a size that no single vertex decides.
-double head_size(const BodyTemplate& body, const std::vector<Eigen::Vector3d>& vertices) {
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  double count = 0;
-  const auto of_head = [&](std::size_t v) {
-    return body.regions[v] == BodyRegion::head || body.regions[v] == BodyRegion::face;
-  };
-  for (std::size_t v = 0; v < body.regions.size(); ++v) {
-    if (!of_head(v)) continue;
-    middle += vertices[v];
-    ++count;
-  }
-  if (count == 0) return 0;
-  middle /= count;
-  double sum = 0;
-  for (std::size_t v = 0; v < body.regions.size(); ++v) {
-    if (of_head(v)) sum += (vertices[v] - middle).squaredNorm();
-  }
-  return std::sqrt(sum / count);
 }
 
 // Offset below which a displacement is rounding and not shape, metres or units of a normal.
@@ -113,11 +94,9 @@ Result<Avatar> assemble_avatar(const BodyTemplate& body, const std::vector<Eigen
     avatar.joints.push_back({body.joints[j].name, body.joints[j].parent, rest_joints[j]});
   }
 
-  const double mean_head = head_size(body, mesh.vertices);
-  const double scale = mean_head > 0 ? head_size(body, rest_vertices) / mean_head : 1.0;
-  for (const Morph& expression : body.expressions) {
+  for (const Morph& expression : transfer_expressions(body, rest_vertices)) {
     std::vector<Eigen::Vector3d> moved = rest_vertices;
-    add_morph(moved, expression, scale);
+    add_morph(moved, expression, 1.0);
     const std::vector<Eigen::Vector3d> moved_normals = unit_normals(moved, mesh.triangles);
     AvatarMorph morph{expression.name, {}, {}};
     for (const auto& [vertex, coordinate] : unique) {

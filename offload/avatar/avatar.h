@@ -42,8 +42,8 @@ struct Avatar {
   nlohmann::ordered_json facts;    // written beside the asset's version
 };
 
-// Splits the template's surface at its texture seams and gives it the fitted rest shape. Expressions are scaled by the
-// size of the person's head against the template's. rest_vertices: all template vertices in the template's rest pose,
+// Splits the template's surface at its texture seams and gives it the fitted rest shape. Expressions are
+// transferred to the person (ExpressionTransfer). rest_vertices: all template vertices in the template's rest pose,
 // metres; rest_joints: one a joint. Error when the numbers do not fit the template.
 Result<Avatar> assemble_avatar(const BodyTemplate& body, const std::vector<Eigen::Vector3d>& rest_vertices,
                                const std::vector<Eigen::Vector3d>& rest_joints);

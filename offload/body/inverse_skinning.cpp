@@ -33,8 +33,10 @@ Eigen::Vector3d rest_normal(const Eigen::Affine3d& posed_from_rest, const Eigen:
   return (posed_from_rest.linear().transpose() * normal).normalized();
 }
 
-Ray rest_ray(const Eigen::Affine3d& posed_from_rest, const Ray& ray) {
-  return {rest_point(posed_from_rest, ray.origin), (posed_from_rest.linear().inverse() * ray.direction).normalized()};
+Eigen::ParametrizedLine<double, 3> rest_ray(const Eigen::Affine3d& posed_from_rest,
+                                            const Eigen::ParametrizedLine<double, 3>& ray) {
+  return {rest_point(posed_from_rest, ray.origin()),
+          (posed_from_rest.linear().inverse() * ray.direction()).normalized()};
 }
 
 }  // namespace gyre

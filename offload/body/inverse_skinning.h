@@ -17,15 +17,12 @@ Eigen::Affine3d posed_from_rest_at(const BodyTemplate& body, const Eigen::Vector
 Eigen::Affine3d posed_from_rest_at(const BodyTemplate& body, int vertex,
                                    const std::vector<Eigen::Affine3d>& posed_from_rest);
 
-struct Ray {
-  Eigen::Vector3d origin, direction;  // direction: unit
-};
-
 // What moves with the surface where `posed_from_rest` was taken, before the pose. A sight line that touches the posed
 // surface there touches the rest surface after rest_ray() (Alldieck et al., "Video Based Reconstruction of 3D People
 // Models", 2018, section 3.2). Normals go by the transposed matrix, as normals must.
 Eigen::Vector3d rest_point(const Eigen::Affine3d& posed_from_rest, const Eigen::Vector3d& point);
 Eigen::Vector3d rest_normal(const Eigen::Affine3d& posed_from_rest, const Eigen::Vector3d& normal);
-Ray rest_ray(const Eigen::Affine3d& posed_from_rest, const Ray& ray);
+Eigen::ParametrizedLine<double, 3> rest_ray(const Eigen::Affine3d& posed_from_rest,
+                                            const Eigen::ParametrizedLine<double, 3>& ray);
 
 }  // namespace gyre

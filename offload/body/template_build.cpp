@@ -143,7 +143,7 @@ std::vector<BodyRegion> make_regions(const BodyTemplate& body, const std::vector
 std::map<std::string, int> make_landmarks(const BodyTemplate& body, const std::vector<Eigen::Vector3d>& joints) {
   std::map<std::string, int> landmarks = {{"crown", 881},     {"sellion", 132},  {"noseTip", 297},
                                           {"noseBase", 5072}, {"upperLip", 467}, {"lowerLip", 495},
-                                          {"chin", 5225},      {"navel", 4121},   {"crotch", 4372}};
+                                          {"chin", 5225},     {"navel", 4121},   {"crotch", 4372}};
   std::map<std::string, int> left = {{"leftEyeInner", 7796}, {"leftEyeOuter", 7782},    {"leftUpperLid", 7773},
                                      {"leftLowerLid", 7787}, {"leftMouthCorner", 7272}, {"leftEar", 12038},
                                      {"leftShoulder", 8226}, {"leftElbow", 10042},      {"leftWrist", 10572},

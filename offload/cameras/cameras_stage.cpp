@@ -6,6 +6,7 @@
 #include "common/geometry/colmap_model.h"
 #include "common/parallel/parallel.h"
 #include "offload/cameras/correspondence.h"
+#include "offload/cameras/joined_passes.h"
 #include "offload/cameras/patch_resection.h"
 #include "offload/cameras/reconstruction.h"
 #include "offload/cameras/ring.h"
@@ -49,9 +50,10 @@ struct Pictures {
   StaticBackground background;
 };
 
-// Fills in the features of the given pictures.
-Result<void> find_features(Pictures& pictures, const std::vector<std::size_t>& which, const StageContext& context,
-                           const FeatureOptions& options, const Progress& progress) {
+// Reads the given pictures, several at once, and hands each to look(index, picture).
+Result<void> look_at_pictures(const Pictures& pictures, const std::vector<std::size_t>& which,
+                              const StageContext& context, const Progress& progress,
+                              const std::function<void(std::size_t, const cv::Mat&)>& look) {
   const std::size_t count = which.size(), at_once = 8;
   std::vector<std::optional<Error>> errors(count);
   for (std::size_t begin = 0; begin < count; begin += at_once) {
@@ -60,8 +62,7 @@ Result<void> find_features(Pictures& pictures, const std::vector<std::size_t>& w
       const FrameId& id = pictures.ids[which[begin + k]];
       const Result<cv::Mat> picture = read_upright(context.bundle.frame(id.pass, id.index));
       if (picture) {
-        pictures.features[which[begin + k]] = detect_features(*picture, options);
-        pictures.boards[which[begin + k]] = find_board(*picture);
+        look(which[begin + k], *picture);
       } else {
         errors[begin + k] = picture.error();
       }
@@ -85,8 +86,11 @@ Result<Pictures> read_pictures(const StageContext& context, const FeatureOptions
   pictures.boards.resize(count);
   std::vector<std::size_t> all(count);
   std::iota(all.begin(), all.end(), std::size_t{0});
-  if (const auto found = find_features(pictures, all, context, options, progress); !found)
-    return tl::unexpected<Error>(found.error());
+  const auto looked = look_at_pictures(pictures, all, context, progress, [&](std::size_t i, const cv::Mat& picture) {
+    pictures.features[i] = detect_features(picture, options);
+    pictures.boards[i] = find_board(picture);
+  });
+  if (!looked) return tl::unexpected<Error>(looked.error());
   for (std::size_t i = 0; i < count; ++i) {
     const std::string& pass = pictures.ids[i].pass;
     auto known = std::find(pictures.passes.begin(), pictures.passes.end(), pass);
@@ -133,7 +137,10 @@ Result<void> drop_background(Pictures& pictures, const StageContext& context, Fe
   options.max_features =
       static_cast<int>(options.max_features * std::min(all / std::max(moving, 1.0), most_more_features));
   options.contrast_threshold *= subject_contrast;
-  if (const auto found = find_features(pictures, turned, context, options, progress); !found) return found;
+  auto looked = look_at_pictures(pictures, turned, context, progress, [&](std::size_t i, const cv::Mat& picture) {
+    pictures.features[i] = detect_features(picture, options);
+  });
+  if (!looked) return looked;
   pictures.background = find_static_background(pictures.features, pictures.pass_of, {}, context.threads);
   for (const std::size_t i : turned)
     pictures.features[i] = without_still(pictures.features[i], pictures.background.still[i]);
@@ -232,6 +239,26 @@ ColmapModel model_of(const Scene& scene, const Pictures& pictures) {
   return model;
 }
 
+// Of the pictures' longer side, as the EXIF data of a pass says (the film's diagonal stands for the picture's).
+std::optional<double> focal_guess(const Scan& scan) {
+  const double film_diagonal = std::hypot(36.0, 24.0);
+  for (const ScanPass& pass : scan.passes) {
+    if (!pass.focal_35mm || pass.width <= 0 || pass.height <= 0) continue;
+    return *pass.focal_35mm / film_diagonal * std::hypot(pass.width, pass.height) / std::max(pass.width, pass.height);
+  }
+  return std::nullopt;
+}
+
+json to_json(std::span<const JoinedPass> joined, const Pictures& pictures) {
+  json passes = json::array();
+  for (const JoinedPass& pass : joined)
+    passes.push_back({{"pass", pictures.passes[static_cast<std::size_t>(pass.pass)]},
+                      {"views", pass.views},
+                      {"residual_mm", 1000 * pass.residual},
+                      {"overlap", pass.overlap}});
+  return passes;
+}
+
 // What the options and the scan say; the board is still to be found.
 Result<KnownLengths> lengths_of(const StageContext& context, const Scan& scan) {
   KnownLengths known;
@@ -293,10 +320,13 @@ Result<json> run(const StageContext& context) {
   ReconstructionOptions options;
   options.threads = context.threads;
   options.known_lens = is_calibrated(*pictures, scan->camera);
+  options.known_guess = focal_guess(*scan);
   Scene scene = scene_of(*pictures, options.known_lens ? scan->camera : std::nullopt);
   Result<ReconstructionSummary> summary =
-      reconstruct(scene, std::move(pairs), options, part_of(context.progress, matching_end, reconstruction_end));
+      reconstruct(scene, pairs, options, part_of(context.progress, matching_end, reconstruction_end));
   if (!summary) return tl::unexpected<Error>(summary.error());
+  const std::vector<JoinedPass> joined = join_passes(scene, pairs, *known, options);
+  summary->registered = scene.registered_count();
   const auto grey_picture = [&](int v) {
     const FrameId& id = pictures->ids[static_cast<std::size_t>(v)];
     const Result<cv::Mat> picture = read_upright(context.bundle.frame(id.pass, id.index));
@@ -335,6 +365,7 @@ Result<json> run(const StageContext& context) {
                            {"motion", motion},
                            {"registered", summary->registered},
                            {"total", total},
+                           {"joined_by_shape", to_json(joined, *pictures)},
                            {"floor_seen", world->has_floor},
                            {"ring_radius_m", world->ring_radius},
                            {"ring", ring},
@@ -351,6 +382,7 @@ Result<json> run(const StageContext& context) {
   return json{{"motion", motion},
               {"registered", summary->registered},
               {"total", total},
+              {"joined_by_shape", to_json(joined, *pictures)},
               {"sway_mm", 1000 * median_sway(sway)},
               {"ring", ring},
               {"pairs", pair_count},
@@ -366,7 +398,7 @@ Result<json> run(const StageContext& context) {
 Stage cameras_stage() {
   Stage stage;
   stage.name = "cameras";
-  stage.version = 5;
+  stage.version = 6;
   stage.inputs = {"scan.json", "frames"};
   stage.options = {{"height_mm", 0.0}, {"turntable_radius_mm", 0.0}, {"max_features", FeatureOptions{}.max_features}};
   stage.run = run;

@@ -239,8 +239,7 @@ std::vector<AlignedPoint> align_patches(const Scene& scene, std::span<const int>
     const auto value = [&](int dx, int dy) { return static_cast<double>(correlation.at<float>(at.y + dy, at.x + dx)); };
     const Eigen::Vector2d shift(at.x - reach + top_of(value(-1, 0), best, value(1, 0)),
                                 at.y - reach + top_of(value(0, -1), best, value(0, 1)));
-    aligned.push_back(
-        {c.track, (c.place + shift).cwiseProduct(full_from_resized), smear.cwiseProduct(full_from_resized), best});
+    aligned.push_back({c.track, (c.place + shift).cwiseProduct(full_from_resized), best});
   }
   return aligned;
 }

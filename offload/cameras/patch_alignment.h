@@ -23,7 +23,6 @@ struct PatchAlignmentOptions {
 struct AlignedPoint {
   int track = 0;
   Eigen::Vector2d pixel;  // in the blurred picture, full size
-  Eigen::Vector2d smear;  // way of the point over that picture while its exposure lasted, full size
   double correlation = 0.0;
 };
 

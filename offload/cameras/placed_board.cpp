@@ -2,6 +2,7 @@
 #include "offload/cameras/placed_board.h"
 
 #include "common/board/board.h"
+#include "offload/cameras/median.h"
 #include "offload/cameras/triangulation.h"
 
 namespace gyre {
@@ -40,12 +41,6 @@ Scene scene_of_corners(const Scene& scene, const std::vector<std::vector<BoardCo
   }
   update_normalised(corners, 1);
   return corners;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Reconstructed by known distance.

@@ -190,40 +190,63 @@ bool is_plausible(const Scene& scene) {
   });
 }
 
-// Starts a model from the best pair of each focal guess, and keeps the one with the smallest errors among those that
-// explain many keypoints: a wrong focal length bends the model and so costs accuracy before it costs keypoints.
+// A model started from the best pair under a focal guess; nothing when none starts. guess 0: the lens is known.
+struct Start {
+  Scene scene;
+  Fit fit;
+};
+
+std::optional<Start> start_with(double guess, const Scene& empty, const std::vector<ViewPair>& pairs,
+                                const ReconstructionOptions& options) {
+  Scene trial = empty;
+  if (guess > 0) set_focal(trial, guess);
+  update_normalised(trial, options.threads);
+  for (const ViewPair& pair : rank_seed_pairs(trial, pairs, options.seed, options.threads)) {
+    Scene grown = trial;
+    if (!plant_seed(grown, pair, options.seed)) continue;
+    Mapper mapper(grown, pairs, options);
+    mapper.adjust_everything();
+    mapper.grow(options.trial_views, [](int) {});
+    if (grown.registered_count() < 3 || !is_plausible(grown)) continue;
+    mapper.adjust_everything();
+    const Fit fit = fit_of(grown);
+    spdlog::debug("focal guess {:.2f}: {:.1f} px after {} views, {} keypoints explained, median {:.2f} px", guess,
+                  grown.cameras.front().fx, grown.registered_count(), fit.keypoints, fit.median_error);
+    return Start{std::move(grown), fit};
+  }
+  return std::nullopt;
+}
+
+// True when the pictures do not contradict the focal length that their EXIF claims: editing and cropping spoil it.
+bool bears_out(const Start& start, double guess) {
+  constexpr double most_change = 0.15;
+  constexpr double most_error = 1.0;  // pixels, of the median keypoint
+  const Camera& camera = start.scene.cameras.front();
+  const double found = camera.fx / std::max(camera.width, camera.height);
+  return std::abs(found / guess - 1) < most_change && start.fit.median_error < most_error;
+}
+
+// Starts a model with each focal guess, and keeps the one with the smallest errors among those that explain many
+// keypoints: a wrong focal length bends the model and so costs accuracy before it costs keypoints.
 std::optional<Scene> best_start(const Scene& empty, const std::vector<ViewPair>& pairs,
                                 const ReconstructionOptions& options) {
-  std::vector<std::pair<Scene, Fit>> trials;
-  const std::vector<double> guesses = options.known_lens ? std::vector<double>{0.0} : options.focal_guesses;
-  for (const double guess : guesses) {
-    Scene trial = empty;
-    if (!options.known_lens) set_focal(trial, guess);
-    update_normalised(trial, options.threads);
-    for (const ViewPair& pair : rank_seed_pairs(trial, pairs, options.seed, options.threads)) {
-      Scene grown = trial;
-      if (!plant_seed(grown, pair, options.seed)) continue;
-      Mapper mapper(grown, pairs, options);
-      mapper.adjust_everything();
-      mapper.grow(options.trial_views, [](int) {});
-      if (grown.registered_count() < 3 || !is_plausible(grown)) continue;
-      mapper.adjust_everything();
-      const Fit fit = fit_of(grown);
-      spdlog::debug("focal guess {:.2f}: {:.1f} px after {} views, {} keypoints explained, median {:.2f} px", guess,
-                    grown.cameras.front().fx, grown.registered_count(), fit.keypoints, fit.median_error);
-      trials.emplace_back(std::move(grown), fit);
-      break;
-    }
+  if (options.known_guess && !options.known_lens) {
+    auto start = start_with(*options.known_guess, empty, pairs, options);
+    if (start && bears_out(*start, *options.known_guess)) return std::move(start->scene);
+    spdlog::warn("the pictures contradict the focal length in their EXIF data: it is not used");
   }
+  std::vector<Start> starts;
+  for (const double guess : options.known_lens ? std::vector<double>{0.0} : options.focal_guesses)
+    if (auto start = start_with(guess, empty, pairs, options)) starts.push_back(std::move(*start));
   std::size_t most = 0;
-  for (const auto& [scene, fit] : trials) most = std::max(most, fit.keypoints);
-  std::pair<Scene, Fit>* best = nullptr;
-  for (auto& trial : trials) {
-    if (trial.second.keypoints < 0.6 * static_cast<double>(most)) continue;
-    if (best == nullptr || trial.second.median_error < best->second.median_error) best = &trial;
+  for (const Start& start : starts) most = std::max(most, start.fit.keypoints);
+  Start* best = nullptr;
+  for (Start& start : starts) {
+    if (start.fit.keypoints < 0.6 * static_cast<double>(most)) continue;
+    if (best == nullptr || start.fit.median_error < best->fit.median_error) best = &start;
   }
   if (best == nullptr) return std::nullopt;
-  return std::move(best->first);
+  return std::move(best->scene);
 }
 
 void remove_view(Scene& scene, int v) {

@@ -10,6 +10,7 @@
 #include "offload/cameras/seed.h"
 #include "offload/cameras/triangulation.h"
 
+#include <optional>
 #include <vector>
 
 namespace gyre {
@@ -17,6 +18,7 @@ namespace gyre {
 struct ReconstructionOptions {
   bool known_lens = false;                                 // the scene's cameras are calibrated: leave them as they are
   std::vector<double> focal_guesses{0.8, 1.2, 1.75, 2.6};  // times the longer side; the one that explains most wins
+  std::optional<double> known_guess;                       // times the longer side, as EXIF says: tried before those
   int trial_views = 8;                                     // views each guess is tried on
   int min_inliers = 20;                                    // points a pose must agree with
   double min_inlier_share = 0.2;                           // of the points the view should see

@@ -2,6 +2,7 @@
 #include "offload/cameras/static_background.h"
 
 #include "common/parallel/parallel.h"
+#include "offload/cameras/median.h"
 
 namespace gyre {
 
@@ -57,12 +58,6 @@ class PlaceIndex {
   int columns_, rows_;
   std::vector<std::vector<std::size_t>> cells_;
 };
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double still_radius(const Features& features, const StillnessOptions& options) {
   return std::max(options.min_radius, options.radius * std::max(features.width, features.height));

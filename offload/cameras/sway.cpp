@@ -2,6 +2,7 @@
 #include "offload/cameras/sway.h"
 
 #include "offload/cameras/bundle_adjustment.h"
+#include "offload/cameras/median.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -227,9 +228,7 @@ double median_sway(std::span<const ViewSway> sway) {
   if (sway.empty()) return 0.0;
   std::vector<double> lengths;
   for (const ViewSway& view : sway) lengths.push_back(view.shift.norm());
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle;
+  return median(std::move(lengths));
 }
 
 nlohmann::json to_json(std::span<const ViewSway> sway, std::span<const std::string> names) {

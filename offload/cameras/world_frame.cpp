@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/world_frame.h"
 
+#include "offload/cameras/median.h"
 #include "offload/cameras/sight_lines.h"
 #include "offload/cameras/turn_axis.h"
 
@@ -55,12 +56,6 @@ std::vector<Eigen::Vector3d> reliable_points(const Scene& scene) {
 
 double horizontal_distance(const Eigen::Vector3d& p) {
   return std::hypot(p.x(), p.z());
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Least-squares normal, pointing up, of points near a level; nothing when they do not fix one: they must spread by

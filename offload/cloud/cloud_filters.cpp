@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <numeric>
 
 namespace gyre {
 
@@ -24,13 +22,9 @@ PointCloud selected(const PointCloud& cloud, const std::vector<char>& keep) {
 }
 
 std::vector<char> above_floor(const PointCloud& cloud, const FloorOptions& options) {
-  const auto upright = static_cast<float>(std::cos(options.max_angle_deg * std::numbers::pi / 180.0));
   std::vector<char> keep(cloud.points.size());
-  for (std::size_t i = 0; i < keep.size(); ++i) {
-    const float y = cloud.points[i].y();
-    const bool floor = y < options.certain_height || (y < options.height && cloud.normals[i].y() > upright);
-    keep[i] = floor ? 0 : 1;
-  }
+  for (std::size_t i = 0; i < keep.size(); ++i)
+    keep[i] = is_floor(cloud.points[i].y(), cloud.normals[i].y(), options) ? 0 : 1;
   return keep;
 }
 

@@ -12,12 +12,6 @@ namespace gyre {
 // Points whose flag is not zero, in their order. The cloud has everything but `views`, which are counted last.
 PointCloud selected(const PointCloud& cloud, const std::vector<char>& keep);
 
-struct FloorOptions {
-  double height = 0.015;          // metres; points below it with a normal within max_angle of up are floor
-  double certain_height = 0.004;  // metres; points below it are floor whatever their normal
-  double max_angle_deg = 35.0;
-};
-
 // 0 for floor (the plane y = 0), 1 for the rest.
 std::vector<char> above_floor(const PointCloud& cloud, const FloorOptions& options);
 

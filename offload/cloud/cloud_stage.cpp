@@ -14,7 +14,8 @@ namespace {
 
 struct SceneFacts {
   SubjectRegion region;
-  bool turn = false;  // the camera was fixed
+  bool turn = false;     // the camera was fixed
+  double stature = 0.0;  // of the subject, metres, where the scale of the world rests on it; else 0
 };
 
 Result<SceneFacts> read_scene(const std::filesystem::path& file) {
@@ -33,9 +34,11 @@ Result<SceneFacts> read_scene(const std::filesystem::path& file) {
     if (!(region.min.array() < region.max.array()).all())
       return fail("the subject's box is empty", file.string(), remedy);
     facts.turn = scene.value("motion", "orbit") == "turn";
+    const std::string source = scene.value("scale_source", "");
+    if (source == "height" || source == "assumed-height") facts.stature = 1e-3 * scene.at("height_mm").get<double>();
     return facts;
   } catch (const nlohmann::json::exception&) {
-    return fail("no box of the subject in the scene", file.string(), remedy);
+    return fail("no box of the subject in the scene, or no height", file.string(), remedy);
   }
 }
 
@@ -62,12 +65,22 @@ nlohmann::json facts_of(const DenseCloud& dense, std::size_t views) {
                           {"height_m", dense.height},
                           {"views", views},
                           {"views_used", dense.views_used},
+                          {"views_left_out", dense.left_out},
                           {"coverage", summary_of(dense.coverage)},
                           {"depth_mpx", dense.megapixels},
                           {"depth_cpu_seconds", dense.cpu_seconds},
                           {"mpx_per_cpu_second", dense.megapixels / std::max(dense.cpu_seconds, 1e-9)}};
   for (const auto& [step, seconds] : dense.seconds) facts["seconds"][step] = seconds;
   return facts;
+}
+
+// The cameras stage lays the scale so that the highest of its few points is the subject's stature; the cloud, which has
+// the crown, knows better by how much lengths are wrong. It stays in the world of the cameras all the same, or pictures
+// and surface would no longer fit together: true lengths are those of the bundle times `correction`.
+nlohmann::json scale_of(const DenseCloud& dense, double stature) {
+  return {{"stature_m", stature},
+          {"correction", stature / dense.height},
+          {"uncertainty", dense.height_deviation / dense.height}};
 }
 
 Result<nlohmann::json> run(const StageContext& ctx) {
@@ -97,6 +110,8 @@ Result<nlohmann::json> run(const StageContext& ctx) {
 
   nlohmann::json facts = facts_of(*dense, views->size());
   facts["seconds"]["loading"] = loading.count();
+  const bool has_crown = dense->coverage.crown.points > 0 && dense->coverage.crown.hole == HoleKind::none;
+  if (scene->stature > 0 && has_crown) facts["scale"] = scale_of(*dense, scene->stature);
   if (const auto wrote = write_cloud(dense->cloud, ctx.out / "cloud.ply"); !wrote) return tl::unexpected(wrote.error());
   if (const auto wrote = write_file(ctx.out / "cloud.json", facts.dump(2) + "\n"); !wrote) {
     return tl::unexpected(wrote.error());
@@ -112,7 +127,7 @@ Result<nlohmann::json> run(const StageContext& ctx) {
 Stage cloud_stage() {
   Stage stage;
   stage.name = "cloud";
-  stage.version = 2;
+  stage.version = 3;
   stage.inputs = {"frames", "work/cameras"};
   stage.options = {
       {"long_side_px", 640}, {"neighbours", 8}, {"min_views", 3}, {"spacing_mm", 2.0}, {"max_points", 1000000}};

@@ -4,6 +4,8 @@
 #include "common/parallel/parallel.h"
 #include "offload/cloud/voxel_thinning.h"
 
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -11,6 +13,7 @@
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <thread>
 
 namespace gyre {
 namespace {
@@ -48,18 +51,48 @@ void parallel_steps(std::size_t count, int threads, const Progress& progress, do
   });
 }
 
-// The longer side at which all views' images and two sets of depth maps fit into the limit.
-int affordable_long_side(const ColmapModel& model, const DenseCloudOptions& options) {
-  constexpr double bytes_a_pixel = 7 * 1.34 + 2 * (1 + 4 + 12 + 4);
+constexpr double gib = 1024.0 * 1024 * 1024;
+constexpr double program_gib = 0.1;  // that the program and its libraries take
+constexpr int smallest_long_side = 160;
+// Of the limit, for what stays from the first view to the last; the rest is for working memory, and later the points.
+constexpr double lasting_share = 0.67;
+
+// What lasts: the pyramid (texel and colour), the depth map, and the depths of the pass before.
+double lasting_bytes(const ColmapModel& model, int long_side) {
+  constexpr double bytes_a_pixel = 7 * 1.34 + (1 + 4 + 12 + 4) + 4;
   double pixels = 0;
   for (const auto& [id, image] : model.images) {
     const Camera& camera = model.camera_of(image);
-    const double factor = std::min(1.0, static_cast<double>(options.long_side) / std::max(camera.width, camera.height));
+    const double factor = std::min(1.0, static_cast<double>(long_side) / std::max(camera.width, camera.height));
     pixels += factor * factor * camera.width * camera.height;
   }
-  // A third is left to the fused points and their sorting.
-  const double share = 0.67 * options.memory_gib * 1024 * 1024 * 1024 / (bytes_a_pixel * std::max(pixels, 1.0));
-  return static_cast<int>(options.long_side * std::min(1.0, std::sqrt(share)));
+  return bytes_a_pixel * std::max(pixels, 1.0);
+}
+
+// The longer side at which all that lasts fits into the limit; depends on nothing but the views and the options.
+Result<int> affordable_long_side(const ColmapModel& model, const DenseCloudOptions& options) {
+  const double limit = lasting_share * std::max(options.memory_gib - program_gib, 0.0) * gib;
+  if (lasting_bytes(model, options.long_side) <= limit) return options.long_side;
+  int largest = 1;
+  for (const auto& [id, camera] : model.cameras) largest = std::max({largest, camera.width, camera.height});
+  largest = std::min(largest, options.long_side);
+  const int affordable = static_cast<int>(largest * std::sqrt(limit / lasting_bytes(model, largest)));
+  const int least = std::min(smallest_long_side, largest);
+  if (affordable >= least) return affordable;
+  const double needed = program_gib + lasting_bytes(model, least) / (lasting_share * gib);
+  return fail(fmt::format("{:g} GiB of memory are too little for {} views", options.memory_gib, model.images.size()),
+              {}, fmt::format("use --memory-gib {:.1f} or fewer keyframes", std::ceil(10 * needed) / 10));
+}
+
+// Threads whose working memory fits beside what lasts; the result is the same for any number.
+int affordable_threads(const std::vector<StereoView>& views, const DenseCloudOptions& options) {
+  constexpr double bytes_a_pixel = 80;  // two levels' planes and costs, and the map they become
+  double pixels = 1;
+  for (const StereoView& view : views) pixels = std::max(pixels, static_cast<double>(view.width()) * view.height());
+  const double limit = (1 - lasting_share) * std::max(options.memory_gib - program_gib, 0.0) * gib;
+  const int affordable = std::max(1, static_cast<int>(std::min(limit / (bytes_a_pixel * pixels), 4096.0)));
+  const int wanted = options.threads > 0 ? options.threads : static_cast<int>(std::thread::hardware_concurrency());
+  return std::clamp(wanted, 1, affordable);
 }
 
 // Views that may confirm a point: its own neighbours and those that chose it.
@@ -75,17 +108,29 @@ std::vector<std::vector<int>> mutual(const std::vector<std::vector<int>>& neighb
   return both;
 }
 
-void append(PointCloud& cloud, const PointCloud& more) {
-  cloud.points.insert(cloud.points.end(), more.points.begin(), more.points.end());
-  cloud.normals.insert(cloud.normals.end(), more.normals.begin(), more.normals.end());
-  cloud.colours.insert(cloud.colours.end(), more.colours.begin(), more.colours.end());
-  cloud.confidence.insert(cloud.confidence.end(), more.confidence.begin(), more.confidence.end());
-  cloud.deviation.insert(cloud.deviation.end(), more.deviation.begin(), more.deviation.end());
+// The parts one after the other; each is freed once it is copied.
+PointCloud joined(std::vector<PointCloud> parts) {
+  std::size_t count = 0;
+  for (const PointCloud& part : parts) count += part.points.size();
+  PointCloud cloud;
+  cloud.points.reserve(count);
+  cloud.normals.reserve(count);
+  cloud.colours.reserve(count);
+  cloud.confidence.reserve(count);
+  cloud.deviation.reserve(count);
+  for (PointCloud& part : parts) {
+    cloud.points.insert(cloud.points.end(), part.points.begin(), part.points.end());
+    cloud.normals.insert(cloud.normals.end(), part.normals.begin(), part.normals.end());
+    cloud.colours.insert(cloud.colours.end(), part.colours.begin(), part.colours.end());
+    cloud.confidence.insert(cloud.confidence.end(), part.confidence.begin(), part.confidence.end());
+    cloud.deviation.insert(cloud.deviation.end(), part.deviation.begin(), part.deviation.end());
+    part = {};
+  }
+  return cloud;
 }
 
-PointCloud clean(const PointCloud& fused, std::span<const StereoView> views, std::span<const StereoDepth> maps,
+PointCloud clean(const PointCloud& cloud, std::span<const StereoView> views, std::span<const StereoDepth> maps,
                  const SubjectRegion& region, const DenseCloudOptions& options) {
-  PointCloud cloud = selected(fused, above_floor(fused, options.floor));
   double voxel = options.voxel;
   PointCloud thin = thin_by_voxels(cloud, voxel);
   while (thin.points.size() > options.max_points) {
@@ -108,6 +153,7 @@ Result<void> DenseCloudOptions::check() const {
   if (consistency.min_views < 2) {
     return wrong_use("option min_views is too small", std::to_string(consistency.min_views), "use 2 or more");
   }
+  if (!(memory_gib > 0)) return wrong_use("option memory_gib must be positive", std::to_string(memory_gib));
   if (!(voxel > 0)) return wrong_use("option spacing_mm must be positive");
   if (max_points < 1000) return wrong_use("option max_points is too small", {}, "use 1000 or more");
   return {};
@@ -119,7 +165,12 @@ Result<std::vector<StereoView>> load_views(const ColmapModel& model, const std::
   for (const auto& [id, image] : model.images) images.push_back(&image);
   std::sort(images.begin(), images.end(), [](const auto* a, const auto* b) { return a->name < b->name; });
 
-  const int long_side = affordable_long_side(model, options);
+  const auto long_side = affordable_long_side(model, options);
+  if (!long_side) return tl::unexpected(long_side.error());
+  if (*long_side < options.long_side) {
+    spdlog::info("{} views of {} pixels would not fit into {:g} GiB: {} pixels are used", images.size(),
+                 options.long_side, options.memory_gib, *long_side);
+  }
   std::vector<StereoView> views(images.size());
   std::vector<std::string> faults(images.size());
   parallel_steps(images.size(), options.threads, progress, 0.0, 0.05, "undistorting", [&](std::size_t i) {
@@ -143,7 +194,7 @@ Result<std::vector<StereoView>> load_views(const ColmapModel& model, const std::
       faults[i] = "not of its camera's size";
     } else {
       views[i] =
-          make_stereo_view(images[i]->name, picture, camera, images[i]->cam_from_world, long_side, options.levels);
+          make_stereo_view(images[i]->name, picture, camera, images[i]->cam_from_world, *long_side, options.levels);
     }
   });
   for (std::size_t i = 0; i < faults.size(); ++i) {
@@ -163,7 +214,11 @@ Result<DenseCloud> build_cloud(const std::vector<StereoView>& views, const Subje
   }
   DenseCloud result;
   StepClock clock(result.seconds);
-  const std::vector<std::vector<int>> neighbours = select_neighbours(views, region, options.selection);
+  const std::vector<double> sharpness = relative_sharpness(views, region, options.threads);
+  const std::vector<char> use = views_to_use(views, region, sharpness, options.blur);
+  for (std::size_t i = 0; i < views.size(); ++i)
+    if (use[i] == 0) result.left_out.push_back(views[i].name);
+  const std::vector<std::vector<int>> neighbours = select_neighbours(views, use, region, options.selection);
   for (const auto& list : neighbours) result.views_used += list.empty() ? 0 : 1;
   if (result.views_used == 0) {
     return fail("no two views see the subject from usable angles", {},
@@ -175,21 +230,23 @@ Result<DenseCloud> build_cloud(const std::vector<StereoView>& views, const Subje
   if (options.turn) still = still_background(views, options.background, options.threads);
   clock.finish("background");
 
+  const int threads = affordable_threads(views, options);
   const double cpu_before = cpu_now();
   std::vector<StereoDepth> maps(views.size());
-  parallel_steps(views.size(), options.threads, progress, 0.05, 0.75, "matching", [&](std::size_t i) {
+  parallel_steps(views.size(), threads, progress, 0.05, 0.75, "matching", [&](std::size_t i) {
     maps[i] = estimate_depth(views, static_cast<int>(i), neighbours[i], region, options.matching, options.seed + i);
     put_beyond(maps[i], still[i]);
   });
   clock.finish("photometric");
   for (int pass = 0; pass < options.geometric_passes; ++pass) {
-    std::vector<StereoDepth> refined(views.size());
-    parallel_steps(views.size(), options.threads, progress, 0.75, 0.95, "refining", [&](std::size_t i) {
-      refined[i] =
-          refine_depth(views, maps, static_cast<int>(i), neighbours[i], region, options.matching, options.seed + i);
-      put_beyond(refined[i], still[i]);
+    // Each map is replaced as soon as it is made; the others are made with the depths it had.
+    std::vector<std::vector<float>> depths;
+    for (const StereoDepth& map : maps) depths.push_back(map.depth);
+    parallel_steps(views.size(), threads, progress, 0.75, 0.95, "refining", [&](std::size_t i) {
+      maps[i] = refine_depth(views, depths, maps[i], static_cast<int>(i), neighbours[i], region, options.matching,
+                             options.seed + i);
+      put_beyond(maps[i], still[i]);
     });
-    maps = std::move(refined);
   }
   clock.finish("geometric");
   result.cpu_seconds = cpu_now() - cpu_before;
@@ -201,10 +258,12 @@ Result<DenseCloud> build_cloud(const std::vector<StereoView>& views, const Subje
   const std::vector<std::vector<int>> confirming = mutual(neighbours);
   std::vector<PointCloud> parts(views.size());
   parallel_steps(views.size(), options.threads, progress, 0.95, 0.98, "fusing", [&](std::size_t i) {
-    parts[i] = consistent_points(views, maps, static_cast<int>(i), confirming[i], region, options.consistency);
+    PointCloud& part = parts[i];
+    part = consistent_points(views, maps, static_cast<int>(i), confirming[i], region, options.consistency);
+    part = selected(part, above_floor(part, options.matching.floor));
+    for (float& confidence : part.confidence) confidence *= static_cast<float>(std::min(1.0, sharpness[i]));
   });
-  PointCloud fused;
-  for (const PointCloud& part : parts) append(fused, part);
+  const PointCloud fused = joined(std::move(parts));
   clock.finish("fusion");
 
   result.cloud = clean(fused, views, maps, region, options);
@@ -214,6 +273,9 @@ Result<DenseCloud> build_cloud(const std::vector<StereoView>& views, const Subje
                 "check that the subject stands still in even light and fills the picture");
   }
   result.height = robust_height(result.cloud);
+  // The floor is no better known than the points that are taken for it; the top, than how the highest points spread.
+  result.height_deviation =
+      std::hypot(options.matching.floor.certain_height, result.height - robust_height(result.cloud, 1.0 / 1000));
 
   const PointViews seen_by = views_that_see(result.cloud, views, maps, options.free_space, options.threads);
   for (std::size_t i = 0; i < result.cloud.points.size(); ++i) {
@@ -225,12 +287,12 @@ Result<DenseCloud> build_cloud(const std::vector<StereoView>& views, const Subje
   return result;
 }
 
-double robust_height(const PointCloud& cloud) {
+double robust_height(const PointCloud& cloud, double share) {
   if (cloud.points.empty()) return 0.0;
   std::vector<float> heights;
   heights.reserve(cloud.points.size());
   for (const Eigen::Vector3f& x : cloud.points) heights.push_back(x.y());
-  const auto rank = static_cast<std::ptrdiff_t>(heights.size() / 2000);
+  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(heights.size()));
   std::nth_element(heights.begin(), heights.begin() + rank, heights.end(), std::greater<>());
   return heights[rank];
 }

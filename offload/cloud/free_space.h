@@ -3,7 +3,7 @@
 #pragma once
 
 #include "common/mesh/mesh.h"
-#include "offload/cloud/patch_match.h"
+#include "offload/cloud/stereo_depth.h"
 #include "offload/cloud/stereo_view.h"
 
 #include <cstdint>

@@ -2,7 +2,6 @@
 #include "offload/cloud/patch_cost.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <cstdlib>
 
@@ -19,25 +18,20 @@ namespace {
 
 constexpr int lanes = 8;
 
-PatchPattern make_pattern() {
-  constexpr int squared_radius = 17;
-  PatchPattern pattern{};
-  int count = 0;
-  for (int dy = -4; dy <= 4; ++dy) {
-    for (int dx = -4; dx <= 4; ++dx) {
-      if ((dx + dy) % 2 == 0 || dx * dx + dy * dy > squared_radius) continue;
-      pattern.dx[count] = static_cast<float>(dx);
-      pattern.dy[count] = static_cast<float>(dy);
-      ++count;
-    }
-  }
-  assert(count == patch_samples);
-  return pattern;
+constexpr int offset_x(int i) {
+  return static_cast<int>(patch_pattern.dx[i]);
+}
+constexpr int offset_y(int i) {
+  return static_cast<int>(patch_pattern.dy[i]);
+}
+
+float total(const std::array<float, lanes>& values) {
+  float sum = 0;
+  for (const float value : values) sum += value;
+  return sum;
 }
 
 }  // namespace
-
-const PatchPattern patch_pattern = make_pattern();
 
 PatchWeights::PatchWeights(const PatchOptions& options) {
   for (int i = 0; i < 256; ++i)
@@ -53,30 +47,52 @@ ReferencePatch PatchWeights::reference_patch(const ImageLevel& level, int x, int
   ReferencePatch patch;
   std::array<float, patch_samples> value;
   const QuadImage& image = level.image;
-  const Rgb centre = level.colours[static_cast<std::size_t>(y) * image.width + x];
-  float sum = 0;
-  for (int i = 0; i < patch_samples; ++i) {
-    const int u = x + static_cast<int>(patch_pattern.dx[i]);
-    const int v = y + static_cast<int>(patch_pattern.dy[i]);
-    value[i] = 0;
-    patch.weight[i] = 0;
-    if (u < 0 || v < 0 || u >= image.width || v >= image.height) continue;
-    const Rgb& colour = level.colours[static_cast<std::size_t>(v) * image.width + u];
+  const std::size_t here = static_cast<std::size_t>(y) * image.width + x;
+  const int red = level.colours[here][0];
+  const int green = level.colours[here][1];
+  const int blue = level.colours[here][2];
+  const auto add = [&](int i, std::size_t there) {
+    const Rgb& colour = level.colours[there];
     const int difference =
-        std::max({std::abs(colour[0] - centre[0]), std::abs(colour[1] - centre[1]), std::abs(colour[2] - centre[2])});
-    value[i] = image.value(u, v);
+        std::max(std::max(std::abs(colour[0] - red), std::abs(colour[1] - green)), std::abs(colour[2] - blue));
+    value[i] = static_cast<float>(image.texels[there] & 0xFFU);
     patch.weight[i] = colour_[difference] * space_[i];
-    sum += patch.weight[i];
+  };
+  constexpr int reach = 4;
+  if (x >= reach && y >= reach && x + reach < image.width && y + reach < image.height) {
+    for (int i = 0; i < patch_samples; ++i)
+      add(i, here + static_cast<std::size_t>(offset_x(i) + offset_y(i) * image.width));
+  } else {
+    value.fill(0);
+    patch.weight.fill(0);
+    for (int i = 0; i < patch_samples; ++i) {
+      const int u = x + offset_x(i);
+      const int v = y + offset_y(i);
+      if (u >= 0 && v >= 0 && u < image.width && v < image.height)
+        add(i, static_cast<std::size_t>(v) * image.width + u);
+    }
   }
-  for (int i = 0; i < patch_samples; ++i) {
-    patch.weight[i] /= sum;
-    patch.mean += patch.weight[i] * value[i];
+  // Sums by lanes, which every machine adds in the same order.
+  std::array<float, lanes> sum{};
+  std::array<float, lanes> product{};
+  for (int first = 0; first < patch_samples; first += lanes) {
+    for (int lane = 0; lane < lanes; ++lane) {
+      sum[lane] += patch.weight[first + lane];
+      product[lane] += patch.weight[first + lane] * value[first + lane];
+    }
   }
-  for (int i = 0; i < patch_samples; ++i) {
-    const float off = value[i] - patch.mean;
-    patch.weighted[i] = patch.weight[i] * off;
-    patch.variance += patch.weighted[i] * off;
+  const float inverse = 1.0F / total(sum);
+  patch.mean = total(product) * inverse;
+  std::array<float, lanes> square{};
+  for (int first = 0; first < patch_samples; first += lanes) {
+    for (int lane = 0; lane < lanes; ++lane) {
+      const float off = value[first + lane] - patch.mean;
+      patch.weight[first + lane] *= inverse;
+      patch.weighted[first + lane] = patch.weight[first + lane] * off;
+      square[lane] += patch.weighted[first + lane] * off;
+    }
   }
+  patch.variance = total(square);
   return patch;
 }
 
@@ -107,7 +123,7 @@ float matching_cost(const ReferencePatch& patch, const PatchMapping& mapping, co
       const int y = static_cast<int>(v);
       const float fx = u - static_cast<float>(x);
       const float fy = v - static_cast<float>(y);
-      const std::uint32_t quad = texels[y * stride + x];
+      const std::uint32_t quad = texels[static_cast<std::uint32_t>(y * stride + x)];
       const auto a = static_cast<float>(static_cast<int>(quad & 0xFFU));
       const auto b = static_cast<float>(static_cast<int>(quad >> 8U & 0xFFU));
       const auto c = static_cast<float>(static_cast<int>(quad >> 16U & 0xFFU));
@@ -122,14 +138,9 @@ float matching_cost(const ReferencePatch& patch, const PatchMapping& mapping, co
       product[lane] += patch.weighted[first + lane] * value;
     }
   }
-  float s = 0;
-  float ss = 0;
-  float p = 0;
-  for (int lane = 0; lane < lanes; ++lane) {
-    s += sum[lane];
-    ss += sum_squares[lane];
-    p += product[lane];
-  }
+  const float s = total(sum);
+  const float ss = total(sum_squares);
+  const float p = total(product);
   const float noise_variance = noise * noise;
   const float variance = std::max(ss - s * s, 0.0F);
   return 1.0F - p / std::sqrt((patch.variance + noise_variance) * (variance + noise_variance));

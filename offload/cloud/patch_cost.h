@@ -12,10 +12,23 @@ namespace gyre {
 // pixels wide costs 32 samples, a whole number of vector lanes.
 inline constexpr int patch_samples = 32;
 struct PatchPattern {
-  std::array<float, patch_samples> dx;
-  std::array<float, patch_samples> dy;
+  std::array<float, patch_samples> dx{};
+  std::array<float, patch_samples> dy{};
 };
-extern const PatchPattern patch_pattern;
+constexpr PatchPattern make_patch_pattern() {
+  PatchPattern pattern;
+  int count = 0;
+  for (int dy = -4; dy <= 4; ++dy) {
+    for (int dx = -4; dx <= 4; ++dx) {
+      if ((dx + dy) % 2 == 0 || dx * dx + dy * dy > 17) continue;
+      pattern.dx[count] = static_cast<float>(dx);
+      pattern.dy[count] = static_cast<float>(dy);
+      ++count;
+    }
+  }
+  return pattern;
+}
+inline constexpr PatchPattern patch_pattern = make_patch_pattern();
 
 // The reference side of the comparison; made once a pixel and used for every hypothesis and view.
 struct ReferencePatch {

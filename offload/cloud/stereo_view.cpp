@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cloud/stereo_view.h"
 
+#include "common/bundle/bundle.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -86,6 +88,11 @@ QuadImage make_quad_image(const cv::Mat& grey) {
     }
   }
   return quads;
+}
+
+std::string pass_of(const StereoView& view) {
+  const auto name = parse_frame_name(view.name);
+  return name ? name->pass : std::string();
 }
 
 StereoView make_stereo_view(std::string name, const cv::Mat& picture, const Camera& camera, const Pose& cam_from_world,

@@ -48,6 +48,9 @@ struct StereoView {
   std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * camera.width + x; }
 };
 
+// The pass of a keyframe's view; empty when its name is not a keyframe's.
+std::string pass_of(const StereoView& view);
+
 // Resamples `picture` (CV_8UC3 BGR, of the camera's size) to a pinhole view whose longer side is `long_side` pixels
 // (never more than the picture's), averaging the source pixels each new pixel covers, and builds `level_count` levels.
 // The grey value is the largest of the three channels: saturated cloth keeps its texture, which luma would dim.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cloud/still_background.h"
 
-#include "common/bundle/bundle.h"
 #include "common/parallel/parallel.h"
 
 #include <opencv2/imgproc.hpp>
@@ -18,11 +17,6 @@ cv::Mat grey_of(const StereoView& view) {
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) grey.at<float>(y, x) = image.value(x, y);
   return grey;
-}
-
-std::string pass_of(const StereoView& view) {
-  const auto name = parse_frame_name(view.name);
-  return name ? name->pass : std::string();
 }
 
 // Of the given views of one size all but `self`, evenly spread, at most `most`.

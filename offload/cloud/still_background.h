@@ -2,7 +2,7 @@
 // Pixels of a fixed camera that show the room behind a turning subject.
 #pragma once
 
-#include "offload/cloud/patch_match.h"
+#include "offload/cloud/stereo_depth.h"
 #include "offload/cloud/stereo_view.h"
 
 #include <span>

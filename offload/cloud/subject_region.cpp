@@ -2,9 +2,16 @@
 #include "offload/cloud/subject_region.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace gyre {
+
+bool is_floor(double height, double up, const FloorOptions& options) {
+  return height < options.certain_height ||
+         (height < options.height && up > std::cos(options.max_angle_deg * std::numbers::pi / 180.0));
+}
 
 std::optional<RayInterval> intersect(const SubjectRegion& region, const Eigen::Vector3d& origin,
                                      const Eigen::Vector3d& direction) {

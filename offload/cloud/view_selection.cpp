@@ -1,60 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cloud/view_selection.h"
 
+#include "offload/cloud/subject_proxy.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 namespace gyre {
 namespace {
-
-struct ProxyPoint {
-  Eigen::Vector3d position;
-  Eigen::Vector3d normal;
-};
-
-// A stand-in for the unknown subject: the side and top of an upright cylinder inside the region.
-std::vector<ProxyPoint> proxy_surface(const SubjectRegion& region) {
-  constexpr int sectors = 24;
-  constexpr int bands = 16;
-  const Eigen::Vector3d centre = region.centre();
-  const Eigen::Vector3d size = region.max - region.min;
-  // As slim as a person's middle even in a wide box: a head camera may stand inside what the box alone would suggest.
-  const double radius = std::min(0.25 * std::min(size.x(), size.z()), 0.07 * size.y());
-  std::vector<ProxyPoint> points;
-  for (int band = 0; band < bands; ++band) {
-    const double y = region.min.y() + (band + 0.5) / bands * size.y();
-    for (int sector = 0; sector < sectors; ++sector) {
-      const double angle = 2 * std::numbers::pi * sector / sectors;
-      const Eigen::Vector3d outward(std::sin(angle), 0.0, std::cos(angle));
-      points.push_back({Eigen::Vector3d(centre.x(), y, centre.z()) + radius * outward, outward});
-      if (band == bands - 1)
-        points.push_back({points.back().position - 0.5 * radius * outward, Eigen::Vector3d::UnitY()});
-    }
-  }
-  return points;
-}
-
-// What one view sees of the proxy.
-struct Sighting {
-  bool seen = false;
-  Eigen::Vector3d direction;  // unit, from the point to the camera
-  double pixels_per_metre = 0;
-};
-
-std::vector<Sighting> sightings(const StereoView& view, const std::vector<ProxyPoint>& points) {
-  const Eigen::Vector3d eye = centre_of(view.cam_from_world);
-  std::vector<Sighting> seen(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d to_eye = eye - points[i].position;
-    if (to_eye.dot(points[i].normal) <= 0.0) continue;
-    const auto pixel = view.camera.project(view.cam_from_world * points[i].position);
-    if (!pixel || pixel->x() < 0 || pixel->y() < 0 || pixel->x() > view.width() || pixel->y() > view.height()) continue;
-    const double distance = to_eye.norm();
-    seen[i] = {true, to_eye / distance, view.camera.fx / distance};
-  }
-  return seen;
-}
 
 double pair_score(const std::vector<Sighting>& a, const std::vector<Sighting>& b, const ViewSelectionOptions& options) {
   double score = 0.0;
@@ -73,8 +27,8 @@ double pair_score(const std::vector<Sighting>& a, const std::vector<Sighting>& b
 
 }  // namespace
 
-std::vector<std::vector<int>> select_neighbours(std::span<const StereoView> views, const SubjectRegion& region,
-                                                const ViewSelectionOptions& options) {
+std::vector<std::vector<int>> select_neighbours(std::span<const StereoView> views, const std::vector<char>& use,
+                                                const SubjectRegion& region, const ViewSelectionOptions& options) {
   const std::vector<ProxyPoint> points = proxy_surface(region);
   std::vector<std::vector<Sighting>> seen;
   seen.reserve(views.size());
@@ -82,9 +36,10 @@ std::vector<std::vector<int>> select_neighbours(std::span<const StereoView> view
 
   std::vector<std::vector<int>> neighbours(views.size());
   for (std::size_t i = 0; i < views.size(); ++i) {
+    if (use[i] == 0) continue;
     std::vector<std::pair<double, int>> ranked;
     for (std::size_t j = 0; j < views.size(); ++j) {
-      const double score = i == j ? 0.0 : pair_score(seen[i], seen[j], options);
+      const double score = i == j || use[j] == 0 ? 0.0 : pair_score(seen[i], seen[j], options);
       if (score > 0.0) ranked.emplace_back(-score, static_cast<int>(j));
     }
     std::sort(ranked.begin(), ranked.end());

@@ -21,7 +21,8 @@ struct ViewSelectionOptions {
 // The score of a pair is the sum over points on the surface of a slim upright cylinder in the region that face both
 // cameras and lie in both pictures, of w(angle) * (finer / coarser sampling), w a Gaussian about best_angle_deg with a
 // narrow side below it (as MVSNet, Yao et al., ECCV 2018, section 4.1, without needing sparse points).
-std::vector<std::vector<int>> select_neighbours(std::span<const StereoView> views, const SubjectRegion& region,
-                                                const ViewSelectionOptions& options);
+// Views whose flag in `use` is 0 neither get neighbours nor become them.
+std::vector<std::vector<int>> select_neighbours(std::span<const StereoView> views, const std::vector<char>& use,
+                                                const SubjectRegion& region, const ViewSelectionOptions& options);
 
 }  // namespace gyre

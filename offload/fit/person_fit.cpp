@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/fit/person_fit.h"
 
+#include "offload/body/face_contacts.h"
+#include "offload/body/inner_parts.h"
 #include "offload/fit/cloud_preparation.h"
-#include "offload/fit/inner_parts.h"
 #include "offload/fit/rest_surface.h"
 
 #include <algorithm>
@@ -152,6 +153,7 @@ Result<PersonFit> fit_person(const BodyTemplate& body, const PointCloud& cloud, 
   fine.threads = options.threads;
   NonrigidFit surface = fit_nonrigid(body, outer, *points, posed.vertices, fine, part_of(progress, 0.5, 0.95));
   carry_inner_parts(body, posed.vertices, surface.vertices);
+  settle_face(body, surface.vertices);
   fit.vertices = std::move(surface.vertices);
 
   RestSurface rest = unpose(body, fit.vertices, posed.rest_joints, fit.state.pose);

@@ -4,6 +4,7 @@
 #include "common/bundle/atomic_file.h"
 #include "offload/report/coverage_plot.h"
 #include "offload/report/json_fields.h"
+#include "offload/report/landmark_words.h"
 
 #include <fmt/format.h>
 #include <cmath>
@@ -86,6 +87,17 @@ std::optional<std::string> ring_warning(const json& scene) {
          "across them may be wrong. Go a little farther than once around.";
 }
 
+// Passes that had nothing in common with the others but the subject's shape.
+void add_join_warnings(const json& scene, std::vector<std::string>& warnings) {
+  const json joined = scene.value("joined_by_shape", json::array());
+  if (!joined.is_array()) return;
+  for (const json& pass : joined)
+    warnings.push_back(
+        fmt::format("The pictures of pass {} show nothing that the others show as well: they were put in place by the "
+                    "subject's shape, to about {:.1f} mm. Record all passes in one room and one light.",
+                    text_at(pass, "/pass"), number_at(pass, "/residual_mm", 0)));
+}
+
 std::vector<std::string> find_warnings(const ReportFacts& facts) {
   std::vector<std::string> warnings;
   const std::size_t keyframes = facts.keyframes.size(), registered = facts.model.images.size();
@@ -105,6 +117,7 @@ std::vector<std::string> find_warnings(const ReportFacts& facts) {
                                    holes.size() == 1 ? "One place" : std::to_string(holes.size()) + " places",
                                    holes.size() == 1 ? "was" : "were"));
   if (const auto warning = ring_warning(facts.scene)) warnings.push_back(*warning);
+  if (facts.scene.is_object()) add_join_warnings(facts.scene, warnings);
   if (flag_at(facts.fit, "/template/built_in"))
     warnings.emplace_back(
         "No human template was installed: the built-in stand-in was used, which has no face rig and a coarse body.");
@@ -189,6 +202,13 @@ Result<ReportFacts> collect_facts(const Bundle& bundle) {
   facts.scene = read_object(bundle.work("cameras") / "scene.json", damaged);
   facts.cloud = read_object(bundle.work("cloud") / "cloud.json", damaged);
   facts.coverage = read_object(bundle.work("cloud") / "coverage.json", damaged);
+  if (const auto file = bundle.work("landmarks") / "landmarks.json"; std::filesystem::exists(file)) {
+    if (auto landmarks = read_landmarks(file)) {
+      facts.landmarks = std::move(*landmarks);
+    } else {
+      damaged.push_back(landmarks.error().message());
+    }
+  }
   facts.fit = read_object(bundle.work("fit") / "fit.json", damaged);
   facts.texture = read_object(bundle.work("texture") / "texture.json", damaged);
   facts.stages = read_stages(bundle, damaged);
@@ -230,6 +250,7 @@ json to_json(const ReportFacts& facts) {
           {"scene", facts.scene},
           {"cloud", facts.cloud},
           {"holes", hole_sentences(facts)},
+          {"landmarks", facts.landmarks ? json(landmark_sentences(*facts.landmarks)) : json()},
           {"fit", fit},
           {"texture", facts.texture},
           {"avatar_bytes", facts.avatar_bytes},

@@ -5,6 +5,7 @@
 #include "common/bundle/bundle.h"
 #include "common/geometry/colmap_model.h"
 #include "common/result/result.h"
+#include "offload/body/landmark_set.h"
 
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -29,7 +30,8 @@ struct ReportFacts {
   ColmapModel model;
   nlohmann::json scene, cloud, fit, texture;  // scene.json, cloud.json, fit.json, texture.json
   nlohmann::json coverage;                    // coverage.json of the cloud
-  std::vector<StageFacts> stages;             // in the order they run
+  std::optional<LandmarkSet> landmarks;
+  std::vector<StageFacts> stages;  // in the order they run
   std::uintmax_t avatar_bytes = 0;
   std::string summary;                // the outcome in plain sentences
   std::vector<std::string> warnings;  // one sentence each

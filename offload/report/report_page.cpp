@@ -4,6 +4,7 @@
 #include "offload/report/camera_plot.h"
 #include "offload/report/coverage_plot.h"
 #include "offload/report/json_fields.h"
+#include "offload/report/landmark_words.h"
 
 #include <fmt/format.h>
 #include <algorithm>
@@ -133,6 +134,14 @@ std::string coverage_section(const ReportFacts& facts) {
   return html + "</ul></section>";
 }
 
+std::string landmark_section(const ReportFacts& facts) {
+  if (!facts.landmarks) return {};
+  std::string html = "<section><h2>Landmarks</h2><ul>";
+  for (const std::string& sentence : landmark_sentences(*facts.landmarks))
+    html += "<li>" + escape_html(sentence) + "</li>";
+  return html + "</ul></section>";
+}
+
 std::string keyframe_section(const ReportFacts& facts, const ReportPictures& pictures) {
   if (facts.keyframes.empty()) return {};
   std::string html = fmt::format("<section><h2>{} keyframes</h2>", facts.keyframes.size());
@@ -223,8 +232,9 @@ std::string report_page(const ReportFacts& facts, const ReportPictures& pictures
          "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>Scan " +
          escape_html(facts.scan.id) + "</title><style>" + style + "</style></head>\n<body><main>\n" + header(facts) +
          "\n" + four_sides("Avatar", pictures.avatar) + "\n" + four_sides(cloud_title(facts), pictures.cloud) + "\n" +
-         camera_section(facts) + "\n" + coverage_section(facts) + "\n" + keyframe_section(facts, pictures) + "\n" +
-         stage_section(facts) + "\n<footer>Gyre " + escape_html(GYRE_VERSION) + "</footer>\n</main></body></html>\n";
+         camera_section(facts) + "\n" + coverage_section(facts) + "\n" + landmark_section(facts) + "\n" +
+         keyframe_section(facts, pictures) + "\n" + stage_section(facts) + "\n<footer>Gyre " +
+         escape_html(GYRE_VERSION) + "</footer>\n</main></body></html>\n";
 }
 
 }  // namespace gyre

@@ -103,8 +103,8 @@ Result<nlohmann::json> run_report(const StageContext& context) {
 Stage report_stage() {
   Stage stage;
   stage.name = "report";
-  stage.inputs = {"scan.json",  "frames.jsonl", "frames",       "work/cameras",
-                  "work/cloud", "work/fit",     "work/texture", "work/avatar"};
+  stage.inputs = {"scan.json",      "frames.jsonl", "frames",       "work/cameras", "work/cloud",
+                  "work/landmarks", "work/fit",     "work/texture", "work/avatar"};
   stage.external = {"template"};
   stage.options = {{"template", ""}};
   stage.published = {"report.json", "report.html"};

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measures a bundle's work/cloud against the true surface, as JSON lines.
 //
-//   cloud_bench BUNDLE SUBJECT_DIR     (SUBJECT_DIR holds orbit-body, orbit-head or turn with truth.json and mesh.ply)
+//   cloud_bench BUNDLE SUBJECT_DIR [CASE]    (SUBJECT_DIR holds orbit-body, orbit-head or turn with truth.json and
+//   mesh.ply; CASE names the lines instead of it)
 //
 // The world of the bundle is moved onto the truth by the similarity that aligns the camera centres. Distances from the
 // cloud are to the union of the true meshes of the passes; the true surface is sampled evenly, and a sample counts as
@@ -11,6 +12,7 @@
 #include "common/geometry/colmap_model.h"
 #include "common/mesh/closest_point.h"
 #include "common/mesh/mesh_io.h"
+#include "tests/bench/true_pose.h"
 
 #include <algorithm>
 #include <cmath>
@@ -61,11 +63,7 @@ Result<Truth> read_truth(const gyre::ColmapModel& model, const std::filesystem::
     const json& pass = passes[frame->pass];
     const auto camera = gyre::camera_from_json(pass.at("camera"));
     if (!camera) return tl::unexpected(camera.error());
-    Eigen::Matrix4d m;
-    for (int i = 0; i < 16; ++i)
-      m(i / 4, i % 4) = pass.at("frames").at(frame->index).at("cam_from_world")[i / 4][i % 4];
-    const gyre::Pose pose{Eigen::Quaterniond(Eigen::Matrix3d(m.topLeftCorner<3, 3>())).normalized(),
-                          m.topRightCorner<3, 1>()};
+    const gyre::Pose pose = gyre::bench::true_pose(pass.at("frames").at(frame->index));
     truth.views.emplace_back(*camera, pose);
     estimated.push_back(centre_of(image.cam_from_world));
     exact.push_back(centre_of(pose));
@@ -137,14 +135,30 @@ double share_within(const std::vector<double>& values, double limit) {
   return static_cast<double>(inside) / static_cast<double>(std::max<std::size_t>(values.size(), 1));
 }
 
-Result<void> measure(const gyre::Bundle& bundle, const std::filesystem::path& subject) {
+// What the stage says of itself, and what its process used.
+Result<void> print_usage(const std::string& name, const gyre::Bundle& bundle) {
+  const auto text = gyre::read_file(bundle.work("cloud") / "stage.json");
+  if (!text) return tl::unexpected(text.error());
+  const json stage = json::parse(*text);
+  const json& facts = stage.at("result");
+  print(name, "keyframes", facts.at("views").get<double>(), "1");
+  print(name, "keyframes_left_out", static_cast<double>(facts.at("views_left_out").size()), "1");
+  print(name, "wall", stage.at("seconds").get<double>(), "s");
+  print(name, "cpu", stage.at("cpu_seconds").get<double>(), "s");
+  print(name, "peak_memory", stage.at("peak_memory_mib").get<double>(), "MiB");
+  print(name, "depth", facts.at("depth_mpx").get<double>(), "Mpx");
+  print(name, "depth_cpu", facts.at("depth_cpu_seconds").get<double>(), "s");
+  print(name, "depth_per_cpu_second", facts.at("mpx_per_cpu_second").get<double>(), "Mpx/s");
+  return {};
+}
+
+Result<void> measure(const gyre::Bundle& bundle, const std::filesystem::path& subject, const std::string& name) {
   const auto model = gyre::read_colmap_model(bundle.work("cameras"));
   if (!model) return tl::unexpected(model.error());
   const auto cloud = gyre::read_cloud(bundle.work("cloud") / "cloud.ply");
   if (!cloud) return tl::unexpected(cloud.error());
   const auto truth = read_truth(*model, subject);
   if (!truth) return tl::unexpected(truth.error());
-  const std::string name = subject.lexically_normal().filename().string();
   const gyre::ClosestPoint surface(truth->surface);
 
   std::vector<Eigen::Vector3d> points;
@@ -185,25 +199,22 @@ Result<void> measure(const gyre::Bundle& bundle, const std::filesystem::path& su
 
   const auto text = gyre::read_file(bundle.work("cloud") / "cloud.json");
   if (!text) return tl::unexpected(text.error());
-  const json facts = json::parse(*text);
-  double seconds = 0;
-  for (const auto& [step, value] : facts.at("seconds").items()) seconds += value.get<double>();
-  print(name, "height", 1000 * facts.at("height_m").get<double>() * truth->truth_from_bundle.scale, "mm");
-  print(name, "seconds", seconds, "s");
-  print(name, "depth_cpu_seconds", facts.at("depth_cpu_seconds").get<double>(), "s");
-  print(name, "depth_mpx_per_cpu_second", facts.at("mpx_per_cpu_second").get<double>(), "Mpx/s");
-  return {};
+  const double height = json::parse(*text).at("height_m").get<double>();
+  print(name, "height", 1000 * height * truth->truth_from_bundle.scale, "mm");
+  return print_usage(name, bundle);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "usage: cloud_bench BUNDLE SUBJECT_DIR\n");
+  if (argc != 3 && argc != 4) {
+    std::fprintf(stderr, "usage: cloud_bench BUNDLE SUBJECT_DIR [CASE]\n");
     return 2;
   }
   try {
-    if (const auto done = measure(gyre::Bundle(argv[1]), argv[2]); !done) {
+    const std::filesystem::path subject = std::filesystem::path(argv[2]).lexically_normal();
+    const std::string name = argc == 4 ? argv[3] : subject.filename().string();
+    if (const auto done = measure(gyre::Bundle(argv[1]), subject, name); !done) {
       std::fprintf(stderr, "cloud_bench: %s\n", done.error().message().c_str());
       return done.error().exit_code();
     }

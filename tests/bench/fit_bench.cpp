@@ -11,6 +11,7 @@
 #include "common/mesh/closest_point.h"
 #include "common/mesh/mesh_io.h"
 #include "common/render/rasterise.h"
+#include "offload/body/mean_value_coordinates.h"
 #include "offload/fit/person_fit.h"
 #include "tests/offload/fit/sample_cloud.h"
 
@@ -133,7 +134,7 @@ Result<void> measure(const Arguments& arguments) {
                                visible_points(truth->vertices, truth->triangles)));
   print_distances(name, "fitted_to_true",
                   distances_to(gyre::ClosestPoint(*truth), visible_points(vertices, body->mesh.triangles)));
-  std::vector<double> joint_errors;
+  std::vector<double> joint_errors, carried_errors;
   const gyre::PosedBody coarse = evaluate(*body, fit->state);
   json table;
   const json joints = json::parse(*text);
@@ -149,9 +150,18 @@ Result<void> measure(const Arguments& arguments) {
           {"true", p}, {"fitted", {fitted.x(), fitted.y(), fitted.z()}}, {"coarse", {first.x(), first.y(), first.z()}}};
       joint_errors.push_back((fitted - Eigen::Vector3d(p[0], p[1], p[2])).norm());
       print(name, "joint_" + own_name, 1000 * joint_errors.back(), "mm");
+      // The coarse fit's joint carried along by the fine fit, instead of regressed from its surface.
+      const gyre::TemplatePart& skin = body->parts.front();
+      const Eigen::VectorXd weights = gyre::mean_value_coordinates(
+          {coarse.vertices.data(), static_cast<std::size_t>(skin.vertex_count)},
+          {body->mesh.triangles.data(), static_cast<std::size_t>(skin.triangle_count)}, coarse.joint(index));
+      Eigen::Vector3d carried = Eigen::Vector3d::Zero();
+      for (int v = 0; v < skin.vertex_count; ++v) carried += weights[v] * vertices[v];
+      carried_errors.push_back((carried - Eigen::Vector3d(p[0], p[1], p[2])).norm());
     }
   }
   print_distances(name, "joints", joint_errors);
+  print_distances(name, "joints_by_mean_values", carried_errors);
   const double facing = gyre::yaw_of(fit->pose) - yaw;
   print(name, "facing_error", std::atan2(std::sin(facing), std::cos(facing)) * 180 / std::numbers::pi, "deg");
   if (fit->guesses.size() > 1) print(name, "facing_margin", 1000 * (fit->guesses[1].cost - fit->guesses[0].cost), "mm");

@@ -77,6 +77,9 @@ gyre::Result<void> measure(const Case& c, int keyframes, const std::filesystem::
   if (!scores) return tl::unexpected<gyre::Error>(scores.error());
   print_figure("orbits", c.name, "registered", (*result)["registered"].get<double>() / (*result)["total"].get<double>(),
                "share");
+  const auto& ring = (*result)["ring"];
+  print_figure("orbits", c.name, "ring_closed", ring["closed"].get<bool>() ? 1 : 0, "flag");
+  print_figure("orbits", c.name, "ring_covered", ring["covered_deg"].get<double>(), "deg");
   gyre::bench::print_scores(c.name, *scores);
   print_figure("orbits", c.name, "cpu", cpu, "s");
   print_figure("orbits", c.name, "wall", wall, "s");

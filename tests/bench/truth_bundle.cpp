@@ -8,6 +8,7 @@
 #include "common/bundle/ulid.h"
 #include "common/geometry/colmap_model.h"
 #include "common/mesh/mesh_io.h"
+#include "tests/bench/true_pose.h"
 
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -23,14 +24,6 @@ int fail_with(const std::string& text) {
   return 1;
 }
 
-gyre::Pose pose_of(const json& rows) {
-  Eigen::Matrix4d m;
-  for (int r = 0; r < 4; ++r) {
-    for (int c = 0; c < 4; ++c) m(r, c) = rows[r][c];
-  }
-  return {Eigen::Quaterniond(Eigen::Matrix3d(m.topLeftCorner<3, 3>())).normalized(), m.topRightCorner<3, 1>()};
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -44,11 +37,13 @@ int main(int argc, char** argv) {
   std::filesystem::create_directories(bundle.work("cameras"));
   gyre::ColmapModel model;
   std::vector<gyre::FrameRecord> records;
+  bool turn = false;
   Eigen::AlignedBox3d box;
   for (int a = 3; a < argc; ++a) {
     const std::filesystem::path folder = argv[a];
     const std::string name = folder.lexically_normal().filename().string();
     const std::string pass = name.find("head") != std::string::npos ? "head" : name == "turn" ? "turn" : "body";
+    turn = turn || pass == "turn";
     const auto text = gyre::read_file(folder / "truth.json");
     if (!text) return fail_with(text.error().message());
     const json truth = json::parse(*text);
@@ -71,7 +66,7 @@ int main(int argc, char** argv) {
       cv::imwrite(bundle.frame(pass, index).string(), image, {cv::IMWRITE_JPEG_QUALITY, 95});
       gyre::ModelImage entry;
       entry.name = gyre::frame_name(pass, index);
-      entry.cam_from_world = pose_of(truth.at("frames")[index].at("cam_from_world"));
+      entry.cam_from_world = gyre::bench::true_pose(truth.at("frames")[index]);
       model.images[static_cast<int>(model.images.size()) + 1] = entry;
       records.push_back({.pass = pass,
                          .index = index,
@@ -88,6 +83,7 @@ int main(int argc, char** argv) {
   const auto corner = [](const Eigen::Vector3d& v) { return json::array({v.x(), v.y(), v.z()}); };
   const json scene = {
       {"scale_source", "height"},
+      {"motion", turn ? "turn" : "orbit"},
       {"height_mm", scan.height_mm.value_or(0.0)},
       {"registered", model.images.size()},
       {"total", model.images.size()},

@@ -32,7 +32,7 @@ class BundleTest : public testing::Test {
     scan.device = "rig <1>";
     scan.height_mm = 1660.5;
     scan.camera = Camera{.width = 8, .height = 16, .fx = 10, .fy = 11, .cx = 4, .cy = 8, .k1 = 0.1};
-    scan.passes = {{"body", 15.0, 300, 8, 16}, {"head", 15.0, 150, 8, 16}};
+    scan.passes = {{"body", 15.0, 300, 8, 16}, {"head", 15.0, 150, 8, 16, 26.0}};
     return scan;
   }
   void put_frame(const Bundle& bundle, const std::string& pass, int index, cv::Size size = {8, 16}) {
@@ -49,6 +49,8 @@ TEST_F(BundleTest, ScanRoundTrip) {
   const Result<Scan> read = read_scan(*bundle);
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_EQ(to_json(*read), to_json(scan));
+  EXPECT_FALSE(read->passes[0].focal_35mm);
+  EXPECT_EQ(read->passes[1].focal_35mm, 26.0);
 }
 
 TEST_F(BundleTest, FrameLogRoundTrip) {

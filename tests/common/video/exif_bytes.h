@@ -27,6 +27,17 @@ inline std::string tiff_with_orientation(int orientation, bool little_endian) {
   return tiff + u32(0);
 }
 
+// A TIFF structure with an Exif directory that holds FocalLengthIn35mmFilm, millimetres.
+inline std::string tiff_with_focal(int focal_35mm, bool little_endian) {
+  const auto u16 = [&](std::uint32_t v) { return number(v, 2, little_endian); };
+  const auto u32 = [&](std::uint32_t v) { return number(v, 4, little_endian); };
+  std::string tiff = (little_endian ? "II" : "MM") + u16(42) + u32(8);
+  const std::uint32_t behind = 8 + 2 + 12 + 4;
+  tiff += u16(1) + u16(0x8769) + u16(4) + u32(1) + u32(behind) + u32(0);
+  tiff += u16(1) + u16(0xa405) + u16(3) + u32(1) + u16(static_cast<std::uint32_t>(focal_35mm)) + u16(0);
+  return tiff + u32(0);
+}
+
 // Puts an EXIF block behind the start of a JPEG file.
 inline std::string jpeg_with_exif(const std::string& jpeg, const std::string& tiff) {
   const std::string payload = std::string("Exif\0\0", 6) + tiff;

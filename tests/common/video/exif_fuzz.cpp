@@ -4,9 +4,11 @@
 
 #include <cstdlib>
 
-// Any bytes have an orientation.
+// Any bytes have an orientation, and a focal length that is none or positive.
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const auto orientation = static_cast<int>(gyre::exif_orientation(std::as_bytes(std::span(data, size))));
+  const gyre::ExifFacts facts = gyre::read_exif(std::as_bytes(std::span(data, size)));
+  const auto orientation = static_cast<int>(facts.orientation);
   if (orientation < 1 || orientation > 8) std::abort();
+  if (facts.focal_35mm && !(*facts.focal_35mm > 0)) std::abort();
   return 0;
 }

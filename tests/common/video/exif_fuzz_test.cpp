@@ -15,6 +15,7 @@ TEST(ExifFuzz, MutatedFilesNeverCrash) {
     const std::string tiff = test::tiff_with_orientation(6, little_endian);
     corpus.push_back(test::jpeg_with_exif(jpeg, tiff));
     corpus.push_back(test::png_with_exif(png, tiff));
+    corpus.push_back(test::jpeg_with_exif(jpeg, test::tiff_with_focal(26, little_endian)));
   }
   fuzz(corpus, 200'000);
 }

@@ -12,10 +12,11 @@ namespace {
 
 using test::jpeg_with_exif;
 using test::png_with_exif;
+using test::tiff_with_focal;
 using test::tiff_with_orientation;
 
 Orientation read(const std::string& bytes) {
-  return exif_orientation(std::as_bytes(std::span(bytes)));
+  return read_exif(std::as_bytes(std::span(bytes))).orientation;
 }
 
 std::string picture(const char* extension) {
@@ -32,6 +33,18 @@ TEST(Exif, ReadsEveryOrientationInBothByteOrders) {
       EXPECT_EQ(static_cast<int>(read(png_with_exif(picture(".png"), tiff))), orientation);
     }
   }
+}
+
+TEST(Exif, ReadsTheFocalLengthInBothByteOrders) {
+  for (const bool little_endian : {false, true}) {
+    const std::string file = jpeg_with_exif(picture(".jpg"), tiff_with_focal(26, little_endian));
+    EXPECT_EQ(read_exif(std::as_bytes(std::span(file))).focal_35mm, 26.0);
+    EXPECT_EQ(read(file), Orientation::upright);
+  }
+  const std::string unknown = jpeg_with_exif(picture(".jpg"), tiff_with_focal(0, true));
+  EXPECT_FALSE(read_exif(std::as_bytes(std::span(unknown))).focal_35mm);
+  const std::string plain = picture(".jpg");
+  EXPECT_FALSE(read_exif(std::as_bytes(std::span(plain))).focal_35mm);
 }
 
 TEST(Exif, AgreesWithOpenCv) {
@@ -74,7 +87,7 @@ TEST(Exif, SurvivesEveryTruncation) {
                                   png_with_exif(picture(".png"), tiff_with_orientation(6, false))}) {
     for (std::size_t size = 0; size < file.size(); ++size) {
       const std::vector<char> exact(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(size));
-      const int orientation = static_cast<int>(exif_orientation(std::as_bytes(std::span(exact))));
+      const int orientation = static_cast<int>(read_exif(std::as_bytes(std::span(exact))).orientation);
       EXPECT_TRUE(orientation == 1 || orientation == 6);
     }
   }
@@ -88,7 +101,7 @@ TEST(Exif, SurvivesRandomDamage) {
     for (int change = 0; change < 4; ++change) {
       file[2 + random() % (file.size() - 2)] = static_cast<char>(random() % 3 == 0 ? 0xff : random() & 0xffU);
     }
-    const int orientation = static_cast<int>(exif_orientation(std::as_bytes(std::span(file))));
+    const int orientation = static_cast<int>(read_exif(std::as_bytes(std::span(file))).orientation);
     ASSERT_GE(orientation, 1);
     ASSERT_LE(orientation, 8);
   }

@@ -95,16 +95,17 @@ TEST(InverseSkinning, NormalsAndRaysComeBack) {
     // Normals are carried forwards by the inverse transpose.
     const Eigen::Vector3d posed_normal = (posed_from_rest.linear().inverse().transpose() * normal).normalized();
     EXPECT_LT((rest_normal(posed_from_rest, posed_normal) - normal).norm(), 1e-9);
-    const Ray rest{direction(), direction()};
-    const Ray ray{posed_from_rest * rest.origin, (posed_from_rest.linear() * rest.direction).normalized()};
+    using Ray = Eigen::ParametrizedLine<double, 3>;
+    const Ray rest(direction(), direction());
+    const Ray ray(posed_from_rest * rest.origin(), (posed_from_rest.linear() * rest.direction()).normalized());
     const Ray back = rest_ray(posed_from_rest, ray);
-    EXPECT_LT((back.origin - rest.origin).norm(), 1e-9);
-    EXPECT_LT((back.direction - rest.direction).norm(), 1e-9);
+    EXPECT_LT((back.origin() - rest.origin()).norm(), 1e-9);
+    EXPECT_LT((back.direction() - rest.direction()).norm(), 1e-9);
     // A sight line through a point of the posed surface goes through its rest point.
-    const Ray sight{posed.vertices[v] - 2 * ray.direction, ray.direction};
+    const Ray sight(posed.vertices[v] - 2 * ray.direction(), ray.direction());
     const Ray in_rest = rest_ray(posed_from_rest, sight);
-    const Eigen::Vector3d to_point = posed.rest_vertices[v] - in_rest.origin;
-    EXPECT_LT(to_point.cross(in_rest.direction).norm(), 1e-9);
+    const Eigen::Vector3d to_point = posed.rest_vertices[v] - in_rest.origin();
+    EXPECT_LT(to_point.cross(in_rest.direction()).norm(), 1e-9);
   }
 }
 

@@ -21,6 +21,22 @@ TEST(Reconstruction, a_ring_closes_and_finds_its_lens) {
   EXPECT_NEAR(scene.cameras[0].fx, orbit.camera.fx, 0.004 * orbit.camera.fx);
 }
 
+TEST(Reconstruction, a_claimed_focal_length_helps_and_a_wrong_one_does_no_harm) {
+  OrbitOptions small;
+  small.views = 12;
+  small.arc = 3.0;
+  const Orbit orbit = make_orbit(small);
+  const double truth = orbit.camera.fx / orbit.camera.height;
+  for (const double claimed : {1.03 * truth, 2.5 * truth}) {
+    Scene scene = orbit.scene;
+    ReconstructionOptions options;
+    options.known_guess = claimed;
+    ASSERT_TRUE(reconstruct(scene, orbit.pairs, options, silent));
+    EXPECT_NEAR(scene.cameras[0].fx, orbit.camera.fx, 0.01 * orbit.camera.fx) << claimed;
+    EXPECT_LT(largest_centre_error(orbit, scene), 0.01) << claimed;
+  }
+}
+
 TEST(Reconstruction, does_not_depend_on_threads) {
   OrbitOptions small;
   small.views = 10;

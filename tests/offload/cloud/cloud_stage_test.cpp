@@ -8,6 +8,8 @@
 #include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -24,11 +26,11 @@ class CloudStage : public testing::Test {
     std::filesystem::create_directories(root_ / "out");
   }
 
-  void write_cameras(int views) {
+  void write_cameras(int views, int width = 112) {
     const std::filesystem::path cameras = root_ / "work" / "cameras";
     std::filesystem::create_directories(cameras);
     ColmapModel model;
-    model.cameras[1] = test::test_camera(112);
+    model.cameras[1] = test::test_camera(width);
     model.cameras[1].k1 = -0.05;
     int id = 0;
     for (const Pose& pose : test::arc(scene_, views, 9.0)) {
@@ -45,10 +47,11 @@ class CloudStage : public testing::Test {
     ASSERT_TRUE(write_file(cameras / "scene.json", scene.dump()));
   }
 
-  Result<json> run(const json& changes = json::object()) const {
+  Result<json> run(const json& changes = json::object(), double memory_gib = 4.0) const {
     const Stage stage = cloud_stage();
     StageContext ctx{Bundle(root_), root_ / "out", stage.options};
     ctx.options.update(changes);
+    ctx.memory_gib = memory_gib;
     return stage.run(ctx);
   }
 
@@ -79,6 +82,35 @@ TEST_F(CloudStage, WritesCloudAndFacts) {
   EXPECT_NEAR(facts->at("height_m").get<double>(), scene_.centre.y() + scene_.radius, 0.02);
 }
 
+// Where the top of the subject is in the cloud, its height against the stature it was given says how lengths are wrong.
+TEST_F(CloudStage, TheScaleIsCorrectedWhereItRestsOnTheStature) {
+  write_cameras(5);
+  const std::filesystem::path file = root_ / "work" / "cameras" / "scene.json";
+  json scene = json::parse(*read_file(file));
+  const double height = scene_.centre.y() + scene_.radius;
+  scene["height_mm"] = 1020 * height;
+  for (const char* source : {"height", "board"}) {
+    scene["scale_source"] = source;
+    ASSERT_TRUE(write_file(file, scene.dump()));
+    const auto facts = run({{"spacing_mm", 5.0}});
+    ASSERT_TRUE(facts) << facts.error().message();
+    if (source == std::string("board")) {
+      EXPECT_FALSE(facts->contains("scale"));
+      continue;
+    }
+    const auto coverage = read_file(root_ / "out" / "coverage.json");
+    ASSERT_TRUE(coverage);
+    const json holes = json::parse(*coverage).at("holes");
+    const bool crown =
+        std::none_of(holes.begin(), holes.end(), [](const json& hole) { return hole.contains("crown"); });
+    ASSERT_EQ(facts->contains("scale"), crown);
+    if (crown) {
+      const double off = facts->at("scale").at("correction").get<double>() - 1.02;
+      EXPECT_LT(std::abs(off), 3 * facts->at("scale").at("uncertainty").get<double>());
+    }
+  }
+}
+
 TEST_F(CloudStage, WithoutCamerasSaysWhatToRun) {
   const auto facts = run();
   ASSERT_FALSE(facts);
@@ -98,6 +130,21 @@ TEST_F(CloudStage, AMissingKeyframeIsNamed) {
   const auto facts = run();
   ASSERT_FALSE(facts);
   EXPECT_NE(facts.error().message().find(frame_name("body", 10)), std::string::npos);
+}
+
+// Less memory makes smaller depth maps, and hardly any says how much it takes.
+TEST_F(CloudStage, TheMemoryLimitIsObeyed) {
+  write_cameras(4, 176);
+  const auto all = run({{"spacing_mm", 5.0}});
+  ASSERT_TRUE(all) << all.error().message();
+  const auto less = run({{"spacing_mm", 5.0}}, 0.105);
+  ASSERT_TRUE(less) << less.error().message();
+  EXPECT_LT(less->at("depth_mpx").get<double>(), 0.9 * all->at("depth_mpx").get<double>());
+  EXPECT_GT(less->at("points").get<int>(), 1000);
+  const auto none = run({{"spacing_mm", 5.0}}, 0.1);
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().message().find("--memory-gib 0.2"), std::string::npos) << none.error().message();
+  EXPECT_EQ(run(json::object(), 0.0).error().exit_code(), 2);
 }
 
 TEST_F(CloudStage, ASceneWithoutABoxIsAnError) {

@@ -52,7 +52,9 @@ TEST(PatchMatch, GeometricPassImprovesTheMap) {
   const std::vector<std::vector<int>> neighbours{{1, 2}, {0, 2}, {1, 0}};
   std::vector<StereoDepth> maps;
   for (int i = 0; i < 3; ++i) maps.push_back(estimate_depth(views, i, neighbours[i], scene.region(), {}, i));
-  const StereoDepth refined = refine_depth(views, maps, 1, neighbours[1], scene.region(), {}, 1);
+  std::vector<std::vector<float>> depths;
+  for (const StereoDepth& map : maps) depths.push_back(map.depth);
+  const StereoDepth refined = refine_depth(views, depths, maps[1], 1, neighbours[1], scene.region(), {}, 1);
   const StereoDepth truth = test::true_depth(scene, views[1]);
   EXPECT_LT(compare(refined, truth).median_depth, compare(maps[1], truth).median_depth);
   EXPECT_GE(compare(refined, truth).share_within_1pc, compare(maps[1], truth).share_within_1pc);

@@ -4,7 +4,7 @@
 
 #include "common/geometry/camera.h"
 #include "common/geometry/pose.h"
-#include "offload/cloud/patch_match.h"
+#include "offload/cloud/stereo_depth.h"
 #include "offload/cloud/stereo_view.h"
 #include "offload/cloud/subject_region.h"
 

@@ -27,5 +27,12 @@ TEST(SubjectRegion, RayBesideOrAwayFromTheBoxMisses) {
   EXPECT_FALSE(intersect(unit, {0, 1, 5}, {0, 0, 1}));
 }
 
+TEST(SubjectRegion, FloorIsLowAndFacesUp) {
+  EXPECT_TRUE(is_floor(0.008, 1.0, {}));
+  EXPECT_FALSE(is_floor(0.008, 0.0, {}));  // side of a sole
+  EXPECT_TRUE(is_floor(0.001, 0.0, {}));   // at the floor itself
+  EXPECT_FALSE(is_floor(0.05, 1.0, {}));   // top of a foot
+}
+
 }  // namespace
 }  // namespace gyre

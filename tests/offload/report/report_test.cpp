@@ -206,6 +206,15 @@ TEST_F(Report, a_measured_height_is_shown_and_compared_with_the_given_one) {
             std::string::npos);
 }
 
+TEST_F(Report, a_pass_that_was_joined_by_shape_is_said_in_words) {
+  add_cameras();
+  ASSERT_TRUE(write_file(bundle().work("cameras") / "scene.json",
+                         R"({"joined_by_shape":[{"pass":"head","views":50,"residual_mm":6.4,"overlap":0.9}]})"));
+  const std::string page = make_page();
+  EXPECT_NE(page.find("pass head show nothing that the others show as well"), std::string::npos);
+  EXPECT_NE(page.find("about 6.4 mm"), std::string::npos);
+}
+
 TEST_F(Report, an_open_ring_is_said_in_words) {
   add_cameras();
   const auto page_with = [&](const char* scene) {

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "offload/landmarks/face_landmarks.h"
+
+#include "offload/landmarks/eyes.h"
+#include "offload/landmarks/mouth.h"
+#include "offload/landmarks/placement.h"
+#include "offload/landmarks/profile.h"
+
+#include <algorithm>
+
+namespace gyre {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+class FaceFinder {
+ public:
+  FaceFinder(const Subject& subject, const FaceFrame& frame, Detections& found)
+      : subject_(subject),
+        frame_(frame),
+        found_(found),
+        head_(head_points(subject.figure, subject.cloud, frame.world_from_face.linear().col(2))),
+        scale_(std::clamp(subject.figure.height / 1.7, 0.7, 1.1)) {}
+
+  void find() {
+    const FaceProfile profile = read_profile(frame_, head_, subject_.figure.height);
+    find_midline(profile);
+    find_front(profile);
+    find_below(profile);
+  }
+
+ private:
+  void find_midline(const FaceProfile& profile) {
+    const Matrix3d axes = frame_.world_from_face.linear();
+    for (const auto& [name, mark] : profile.marks) {
+      const Vector3d deviations(0.002, mark.along, mark.across);
+      found_.placed.push_back({name,
+                               frame_.world_from_face * mark.place,
+                               axes * deviations.cwiseAbs2().asDiagonal() * axes.transpose(),
+                               "geometric",
+                               {}});
+    }
+    found_.missing.insert(profile.missing.begin(), profile.missing.end());
+  }
+
+  // What the most frontal pictures show.
+  void find_front(const FaceProfile& profile) {
+    const FaceMap map = make_face_map(subject_, frame_, head_);
+    const std::vector<const char*> eye_parts = {"EyeInner", "EyeOuter", "UpperLid", "LowerLid"};
+    if (map.views.empty()) {
+      for (const char* part : eye_parts) miss_pair(part, "no picture shows the face from the front");
+      return miss_pair("MouthCorner", "no picture shows the face from the front");
+    }
+    if (const auto eyes = find_eyes(map, scale_)) {
+      for (int side = 0; side < 2; ++side) {
+        const EyeOpening& eye = eyes->eye[side];
+        place(map, "EyeInner", side, eye.inner, eyes->deviation);
+        place(map, "EyeOuter", side, eye.outer, eyes->deviation);
+        place(map, "UpperLid", side, eye.upper_lid(), eyes->deviation);
+        place(map, "LowerLid", side, eye.lower_lid(), eyes->deviation);
+      }
+    } else {
+      for (const char* part : eye_parts) miss_pair(part, eyes.error());
+    }
+    const double line = profile.mouth != 0 ? profile.mouth : -0.032 * scale_;
+    place_pair(map, "MouthCorner", find_mouth_corners(map, line, scale_));
+  }
+
+  // Nostrils are seen from below.
+  void find_below(const FaceProfile& profile) {
+    const auto height_of = [&](const char* name, double otherwise) {
+      const auto mark = profile.marks.find(name);
+      return mark == profile.marks.end() ? otherwise : mark->second.place.y();
+    };
+    const double tip = height_of("noseTip", 0), base = height_of("noseBase", tip - 0.014 * scale_);
+    FaceViewRange range;
+    range.low = -1.0;
+    range.high = 0.1;
+    range.best_pitch = -0.45;
+    const FaceMap map = make_face_map(subject_, frame_, head_, range);
+    if (map.views.empty()) return miss_pair("Nostril", "no picture shows the face from the front or from below");
+    place_pair(map, "Nostril", find_nostrils(map, base, tip, scale_));
+  }
+
+  static std::string sided(int side, const char* part) { return (side == 0 ? "left" : "right") + std::string(part); }
+
+  void miss_pair(const char* part, const std::string& reason) {
+    for (int side = 0; side < 2; ++side) found_.missing[sided(side, part)] = reason;
+  }
+
+  void place_pair(const FaceMap& map, const char* part, const tl::expected<FeaturePair, std::string>& pair) {
+    if (!pair) return miss_pair(part, pair.error());
+    for (int side = 0; side < 2; ++side) place(map, part, side, pair->place[side], pair->deviation);
+  }
+
+  // The views' rays against the cloud; what the map shows the wrong way is wrong in all of them.
+  void place(const FaceMap& map, const char* part, int side, const Vector2d& at, double deviation) {
+    const std::string name = sided(side, part);
+    constexpr double matching = 0.0005;  // metres, of one view against the mean
+    auto mark = place_landmark(subject_, detections_of(subject_, map, name, at, matching), "geometric");
+    if (!mark) {
+      found_.missing[name] = mark.error();
+      return;
+    }
+    mark->covariance += deviation * deviation * Matrix3d::Identity();
+    found_.placed.push_back(std::move(*mark));
+  }
+
+  const Subject& subject_;
+  const FaceFrame& frame_;
+  Detections& found_;
+  std::vector<Vector3d> head_;
+  double scale_;
+};
+
+}  // namespace
+
+void find_face_landmarks(const Subject& subject, Detections& detections) {
+  const auto miss_all = [&](const std::string& reason) {
+    for (const char* name : {"noseTip", "sellion", "noseBase", "upperLip", "lowerLip", "chin"})
+      detections.missing[name] = reason;
+    for (const char* part : {"EyeInner", "EyeOuter", "UpperLid", "LowerLid", "MouthCorner", "Nostril"})
+      for (const char* side : {"left", "right"}) detections.missing[std::string(side) + part] = reason;
+  };
+  if (!subject.facing.towards_across) return miss_all("which way the subject faces is not decided");
+  const auto& frame = subject.parts.faces[*subject.facing.towards_across ? 0 : 1];
+  if (!frame) return miss_all("the cloud shows no nose");
+  FaceFinder(subject, *frame, detections).find();
+}
+
+}  // namespace gyre
