@@ -91,19 +91,4 @@ const std::array<std::string_view, 15>& oculus_visemes() {
   return names;
 }
 
-const std::vector<std::string>& landmark_names() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all = {"crown",    "sellion", "noseTip", "noseBase", "upperLip",
-                                    "lowerLip", "chin",    "navel",   "crotch"};
-    for (const std::string side : {"left", "right"})
-      for (const char* name :
-           {"EyeInner", "EyeOuter",  "UpperLid", "LowerLid", "MouthCorner", "Nostril",  "Ear",      "EarLobe",
-            "JawAngle", "Jaw",       "Shoulder", "Elbow",    "Wrist",       "ThumbTip", "IndexTip", "Fingertip",
-            "RingTip",  "LittleTip", "Nipple",   "Knee",     "Ankle",       "Heel",     "Toe"})
-        all.push_back(side + name);
-    return all;
-  }();
-  return names;
-}
-
 }  // namespace gyre

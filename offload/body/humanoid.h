@@ -26,9 +26,6 @@ std::string mirrored_name(std::string_view name);
 // The blend shape locations of ARKit's face tracking, in alphabetical order.
 const std::array<std::string_view, 52>& arkit_expressions();
 
-// Every landmark a template may have, "crown" to "rightToe".
-const std::vector<std::string>& landmark_names();
-
 // The visemes of Oculus LipSync in its order, named as avatars for the web name them: "viseme_sil", "viseme_PP", ...
 const std::array<std::string_view, 15>& oculus_visemes();
 

@@ -5,6 +5,7 @@
 #include "offload/body/expression_check.h"
 #include "offload/body/humanoid.h"
 #include "offload/body/joint_range.h"
+#include "offload/body/landmark_set.h"
 
 #include <set>
 

@@ -29,7 +29,9 @@ TEST(BodyJacobian, AgreesWithDifferences) {
   for (std::size_t v = 5; v < body.skin.size(); v += body.skin.size() / 12) vertices.push_back(static_cast<int>(v));
   // A head shape and an expression that move joints' vertices and the tested ones.
   Morph morph{"morph", vertices, {}};
-  for (const auto& [vertex, weight] : body.joints[body.joint_index("head")].regressor) morph.vertices.push_back(vertex);
+  for (const auto& [vertex, weight] : body.joints[body.joint_index("head")].regressor)
+    if (std::find(morph.vertices.begin(), morph.vertices.end(), vertex) == morph.vertices.end())
+      morph.vertices.push_back(vertex);
   for (std::size_t i = 0; i < morph.vertices.size(); ++i)
     morph.offsets.emplace_back(0.01F * static_cast<float>(i % 5), -0.02F, 0.01F);
   body.head_shapes = {morph};

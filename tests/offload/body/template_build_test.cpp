@@ -5,6 +5,7 @@
 #include "offload/body/ansur.h"
 #include "offload/body/body_measures.h"
 #include "offload/body/humanoid.h"
+#include "offload/body/landmark_set.h"
 #include "offload/body/template_check.h"
 #include "tests/temporary_folder.h"
 

@@ -4,6 +4,7 @@
 
 #include "offload/body/expression_check.h"
 #include "offload/body/humanoid.h"
+#include "offload/body/landmark_set.h"
 #include "offload/body/template_check.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/fit/pose_prior.h"
 
+#include "offload/body/body_state.h"
+
 #include <gtest/gtest.h>
 #include <random>
 
