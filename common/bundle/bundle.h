@@ -24,7 +24,7 @@ struct ScanPass {
   int frame_count = 0;  // camera frames seen
   int width = 0;        // upright size of its keyframes, pixels
   int height = 0;
-  // Focal length of the lens that has this field of view on 36 mm x 24 mm film, as the pictures' EXIF says, mm: a guess.
+  // Focal length of the lens with this field of view on 36 mm x 24 mm film, as the pictures' EXIF says, mm: a guess.
   std::optional<double> focal_35mm;
 };
 

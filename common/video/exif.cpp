@@ -71,8 +71,7 @@ ExifFacts tiff_facts(Bytes tiff) {
   if (reader.u16(2) != 42U) return facts;
   const auto first = reader.u32(4);
   const auto orientation = value_of(reader, first, orientation_tag);
-  if (orientation && *orientation >= 1 && *orientation <= 8)
-    facts.orientation = static_cast<Orientation>(*orientation);
+  if (orientation && *orientation >= 1 && *orientation <= 8) facts.orientation = static_cast<Orientation>(*orientation);
   const auto focal = value_of(reader, value_of(reader, first, exif_directory_tag), focal_35mm_tag);
   if (focal && *focal > 0) facts.focal_35mm = *focal;
   return facts;

@@ -82,11 +82,13 @@ float PlaneCost::round_trip(const PlaneSite& site, const Source& source, const V
   const float v = centre.y() / centre.z();
   const int width = source.image->width;
   const int height = source.image->height;
+  const float column = u + 0.5F;
+  const float row = v + 0.5F;
   // Written so that NaN is outside.
-  if (!(u >= -0.5F && v >= -0.5F && u < static_cast<float>(width) - 0.5F && v < static_cast<float>(height) - 0.5F))
+  if (!(column >= 0 && row >= 0 && column < static_cast<float>(width) && row < static_cast<float>(height)))
     return limit;
-  const int x = static_cast<int>(u + 0.5F);
-  const int y = static_cast<int>(v + 0.5F);
+  const int x = static_cast<int>(column);
+  const int y = static_cast<int>(row);
   const float depth = source.depths[static_cast<std::size_t>(y) * width + x];
   if (depth <= 0) return limit;
   const Vector3f back = source.to_reference * Vector3f(u, v, 1.0F) + source.back_translation / depth;

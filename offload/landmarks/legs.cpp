@@ -9,7 +9,7 @@ namespace gyre {
 
 namespace {
 
-constexpr std::size_t fewest = 20;  // nodes that make a foot or a shin
+constexpr std::size_t fewest_of_leg = 20;  // nodes that make a foot or a shin
 
 // The widest gap between sorted values inside (-limit, limit): its middle and its width.
 std::pair<double, double> widest_gap(std::vector<double> values, double limit) {
@@ -39,7 +39,7 @@ std::optional<Foot> measure_foot(const Figure& figure, int side) {
   const SurfaceGraph& graph = figure.graph;
   Foot foot;
   foot.nodes = leg_nodes(figure, side, -0.02, 0.05);
-  if (foot.nodes.size() < fewest) return std::nullopt;
+  if (foot.nodes.size() < fewest_of_leg) return std::nullopt;
   for (const int i : foot.nodes) foot.centre += graph.nodes[i] / static_cast<double>(foot.nodes.size());
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
   for (const int i : foot.nodes) {
@@ -62,7 +62,7 @@ std::optional<Foot> measure_foot(const Figure& figure, int side) {
   std::vector<double> shin;
   for (const int i : leg_nodes(figure, side, 0.075, 0.15))
     shin.push_back((graph.nodes[i] - foot.centre).dot(foot.axis));
-  if (shin.size() >= fewest)
+  if (shin.size() >= fewest_of_leg)
     foot.shin_offset = -0.5 * (quantile_of(shin, 0.03) + quantile_of(shin, 0.97)) / foot.length;
   double rear_top = 0, front_top = 0;
   for (const int i : leg_nodes(figure, side, -0.02, 0.12)) {
@@ -106,7 +106,11 @@ std::optional<Eigen::Vector3d> find_crotch(const Figure& figure, const PointClou
     bands[band].sideways.push_back(outward);
     bands[band].depths.push_back(figure.depth(p));
   }
-  const double opening = 0.005 * figure.height;
+  // What counts as a gap: more than chance leaves between the points of a band.
+  const auto is_open = [&](const Band& band) {
+    const double chance = 6 * 0.24 * figure.height / std::max<double>(static_cast<double>(band.sideways.size()), 1);
+    return widest_gap(band.sideways, 0.05 * figure.height).second > std::max(0.005 * figure.height, chance);
+  };
   int open_below = 0;
   double middle = 0;
   for (std::size_t i = 0; i < bands.size(); ++i) {
@@ -115,16 +119,15 @@ std::optional<Eigen::Vector3d> find_crotch(const Figure& figure, const PointClou
     const auto on = [&](double sign) {
       return std::count_if(x.begin(), x.end(), [&](double v) { return sign * v > 0; }) >= 5;
     };
-    const auto [centre, width] = widest_gap(x, 0.05 * figure.height);
-    if (on(1) && on(-1) && width > opening) {
+    if (on(1) && on(-1) && is_open(bands[i])) {
       ++open_below;
-      middle = centre;
+      middle = widest_gap(x, 0.05 * figure.height).first;
       continue;
     }
     // The trunk is closed from here on.
     int closed = 0;
     for (std::size_t k = i; k < std::min(i + 6, bands.size()); ++k)
-      closed += widest_gap(bands[k].sideways, 0.05 * figure.height).second <= opening && bands[k].sideways.size() > 10;
+      closed += bands[k].sideways.size() > 10 && !is_open(bands[k]) ? 1 : 0;
     if (open_below < 8 || closed < 4) continue;
     const double level = low + static_cast<double>(i) * step;
     if (level < 0.40 || level > 0.53) return std::nullopt;
