@@ -53,7 +53,8 @@ int show(const TemplateFlags& given) {
                                 {"vertices", body->mesh.vertices.size()},
                                 {"triangles", body->mesh.triangles.size()},
                                 {"joints", body->joints.size()},
-                                {"shapes", body->shapes.size()},
+                                {"body_components", body->shapes.size()},
+                                {"head_components", body->head_shapes.size()},
                                 {"expressions", body->expressions.size()},
                                 {"landmarks", body->landmarks.size()},
                                 {"parts", parts},
@@ -73,8 +74,11 @@ void add_template_verb(CLI::App& app, Verb& run) {
       ->required()
       ->check(CLI::ExistingDirectory);
   build_verb->add_option("--out", flags->out, "file to write (GLB)")->required();
-  build_verb->add_option("--components", flags->build.components, "components of the shape space")
+  build_verb->add_option("--components", flags->build.components, "components of the body space")
       ->check(CLI::Range(1, 30))
+      ->capture_default_str();
+  build_verb->add_option("--head-modes", flags->build.head_modes, "modes of the face model in the head space")
+      ->check(CLI::Range(1, 100))
       ->capture_default_str();
   build_verb->callback([flags, &run] { run = [flags] { return build(*flags); }; });
   CLI::App* check_verb = verb->add_subcommand("check", "look for faults in a template");

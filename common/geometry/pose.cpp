@@ -25,6 +25,12 @@ double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
   return 2.0 * std::atan2(d.vec().norm(), std::abs(d.w()));
 }
 
+Eigen::Quaterniond rotation_about(const Eigen::Vector3d& w) {
+  const double angle = w.norm();
+  const double s = angle > 1e-8 ? std::sin(0.5 * angle) / angle : 0.5;
+  return {std::cos(0.5 * angle), s * w.x(), s * w.y(), s * w.z()};
+}
+
 Pose cam_from_moved_world(const Pose& cam_from_a, const Similarity& b_from_a) {
   // x_cam = R x_a + t and x_a = S^-1 x_b; multiplying x_cam by the scale keeps the image and gives a rigid pose.
   const Eigen::Quaterniond rotation = cam_from_a.rotation * b_from_a.rotation.conjugate();

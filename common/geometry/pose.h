@@ -34,6 +34,9 @@ inline Eigen::Vector3d centre_of(const Pose& cam_from_world) {
 // Angle of the rotation a * b^-1, radians in [0, pi].
 double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b);
 
+// The rotation by |w| radians about w.
+Eigen::Quaterniond rotation_about(const Eigen::Vector3d& w);
+
 // x_a = scale * rotation * x_b + translation.
 struct Similarity {
   double scale = 1.0;

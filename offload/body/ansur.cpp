@@ -8,15 +8,6 @@
 namespace gyre {
 namespace {
 
-struct Column {
-  const char* name;
-  double Person::*measure;
-};
-constexpr std::array<Column, 4> columns = {{{"stature", &Person::stature},
-                                            {"waistcircumference", &Person::waist},
-                                            {"chestcircumference", &Person::chest},
-                                            {"buttockcircumference", &Person::buttock}}};
-
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> cells;
   std::istringstream stream(line);
@@ -28,10 +19,13 @@ std::vector<std::string> split(const std::string& line) {
   return cells;
 }
 
-double percentile(std::vector<double> values, double share) {
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[at];
+// A positive number in a cell; empty for anything else.
+std::optional<double> number(const std::vector<std::string>& cells, std::size_t at) {
+  double value = 0;
+  if (at >= cells.size()) return std::nullopt;
+  const char *begin = cells[at].data(), *end = begin + cells[at].size();
+  if (std::from_chars(begin, end, value).ec != std::errc() || !(value > 0)) return std::nullopt;
+  return value;
 }
 
 Result<Survey::Sex> read_table(const std::filesystem::path& file) {
@@ -41,34 +35,33 @@ Result<Survey::Sex> read_table(const std::filesystem::path& file) {
   std::string line;
   std::getline(lines, line);
   const std::vector<std::string> header = split(line);
-  std::array<std::size_t, columns.size()> at{};
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    at[c] = std::find(header.begin(), header.end(), columns[c].name) - header.begin();
-    if (at[c] == header.size())
-      return fail("table without column '" + std::string(columns[c].name) + "'", file.string());
+  std::array<std::size_t, survey_measures.size() + 1> at{};
+  for (std::size_t c = 0; c < at.size(); ++c) {
+    const std::string name(c < survey_measures.size() ? survey_measures[c] : "Age");
+    at[c] = std::find(header.begin(), header.end(), name) - header.begin();
+    if (at[c] == header.size()) return fail("table without column '" + name + "'", file.string());
   }
   Survey::Sex sex;
   for (int row = 2; std::getline(lines, line); ++row) {
     const std::vector<std::string> cells = split(line);
     Person person;
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      double millimetres = 0;
-      const bool there = at[c] < cells.size();
-      const char* end = there ? cells[at[c]].data() + cells[at[c]].size() : nullptr;
-      if (!there || std::from_chars(cells[at[c]].data(), end, millimetres).ec != std::errc() || !(millimetres > 0))
-        return fail("bad number", file.string() + " line " + std::to_string(row));
-      person.*columns[c].measure = millimetres / 1000;
+    for (std::size_t c = 0; c < at.size(); ++c) {
+      const std::optional<double> value = number(cells, at[c]);
+      if (!value) return fail("bad number", file.string() + " line " + std::to_string(row));
+      (c < survey_measures.size() ? person.measures[c] : person.age) =
+          c < survey_measures.size() ? *value / 1000 : *value;
     }
     sex.people.push_back(person);
   }
   if (sex.people.size() < 100) return fail("table with too few people", file.string());
-  for (const Column& column : columns) {
-    std::vector<double> values;
-    for (const Person& person : sex.people) values.push_back(person.*column.measure);
-    sex.lowest.*column.measure = percentile(values, 0.01);
-    sex.highest.*column.measure = percentile(values, 0.99);
+  const auto count = static_cast<double>(sex.people.size());
+  for (std::size_t m = 0; m < survey_measures.size(); ++m) {
+    double sum = 0, squares = 0;
+    for (const Person& person : sex.people) sum += person.measures[m];
+    sex.mean[m] = sum / count;
+    for (const Person& person : sex.people) squares += std::pow(person.measures[m] - sex.mean[m], 2);
+    sex.deviation[m] = std::sqrt(squares / (count - 1));
   }
-  for (const Person& person : sex.people) sex.mean_stature += person.stature / static_cast<double>(sex.people.size());
   return sex;
 }
 

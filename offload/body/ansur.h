@@ -6,20 +6,47 @@
 
 #include <array>
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 namespace gyre {
 
-// One person, metres. Definitions: Gordon et al., "2012 Anthropometric Survey of U.S. Army Personnel" (2014).
+// The measures that bodies are fitted to, by their column in the tables; metres. Definitions: Gordon et al., "2012
+// Anthropometric Survey of U.S. Army Personnel" (2014).
+inline constexpr std::array<std::string_view, 20> survey_measures = {"stature",
+                                                                     "crotchheight",
+                                                                     "kneeheightmidpatella",
+                                                                     "cervicaleheight",
+                                                                     "waistcircumference",
+                                                                     "chestcircumference",
+                                                                     "buttockcircumference",
+                                                                     "waistdepth",
+                                                                     "chestdepth",
+                                                                     "hipbreadth",
+                                                                     "neckcircumference",
+                                                                     "thighcircumference",
+                                                                     "lowerthighcircumference",
+                                                                     "calfcircumference",
+                                                                     "anklecircumference",
+                                                                     "bicepscircumferenceflexed",
+                                                                     "wristcircumference",
+                                                                     "acromionradialelength",
+                                                                     "radialestylionlength",
+                                                                     "biacromialbreadth"};
+
+// One of each of survey_measures, metres.
+using Measures = std::array<double, survey_measures.size()>;
+
 struct Person {
-  double stature = 0, waist = 0, chest = 0, buttock = 0;  // standing height; three girths
+  Measures measures{};
+  double age = 0;  // years
 };
 
 struct Survey {
   struct Sex {
     std::vector<Person> people;
-    Person lowest, highest;  // 1st and 99th percentile of each measure
-    double mean_stature = 0;
+    Measures mean{};
+    Measures deviation{};  // standard deviation
   };
   Sex female, male;
 };

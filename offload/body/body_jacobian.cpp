@@ -15,17 +15,27 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
 
 }  // namespace
 
-BodyJacobian::BodyJacobian(const BodyTemplate& body, std::vector<int> free_joints, int shape_count)
-    : body_(body), free_joints_(std::move(free_joints)), shape_count_(shape_count), slot_(body.joints.size(), -1) {
+BodyJacobian::BodyJacobian(const BodyTemplate& body, std::vector<int> free_joints, int shape_count, int head_count,
+                           std::vector<int> expressions)
+    : body_(body),
+      free_joints_(std::move(free_joints)),
+      shape_count_(shape_count),
+      head_count_(head_count),
+      expressions_(std::move(expressions)),
+      slot_(body.joints.size(), -1) {
   for (std::size_t i = 0; i < free_joints_.size(); ++i) slot_[free_joints_[i]] = static_cast<int>(i);
-  vertex_shapes_.assign(body.mesh.vertices.size(), Eigen::Matrix3Xf::Zero(3, shape_count));
-  for (int s = 0; s < shape_count; ++s) {
-    const Morph& morph = body.shapes[s];
-    for (std::size_t i = 0; i < morph.vertices.size(); ++i) vertex_shapes_[morph.vertices[i]].col(s) = morph.offsets[i];
-  }
+  std::vector<const Morph*> morphs;
+  for (int s = 0; s < shape_count_; ++s) morphs.push_back(&body.shapes[s]);
+  for (int s = 0; s < head_count_; ++s) morphs.push_back(&body.head_shapes[s]);
+  for (int e : expressions_) morphs.push_back(&body.expressions[e]);
+  vertex_shapes_.assign(body.mesh.vertices.size(), Eigen::Matrix3Xf::Zero(3, morph_count()));
+  for (std::size_t m = 0; m < morphs.size(); ++m)
+    for (std::size_t i = 0; i < morphs[m]->vertices.size(); ++i)
+      vertex_shapes_[morphs[m]->vertices[i]].col(static_cast<Eigen::Index>(m)) = morphs[m]->offsets[i];
   for (const Joint& joint : body.joints) {
-    Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, shape_count);
+    Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, morph_count());
     for (const auto& [vertex, weight] : joint.regressor) sum += weight * vertex_shapes_[vertex].cast<double>();
+    sum.rightCols(static_cast<Eigen::Index>(expressions_.size())).setZero();
     joint_shapes_.push_back(std::move(sum));
   }
 }
@@ -57,7 +67,7 @@ void BodyJacobian::add_vertex(int vertex, double weight, Eigen::Ref<Eigen::Matri
   const Eigen::Vector3d& rest = posed_->rest_vertices[vertex];
   jacobian.leftCols<3>() += weight * Eigen::Matrix3d::Identity();
   jacobian.col(3) += weight * (posed_->vertices[vertex] - state_->pose.translation);
-  auto shapes = jacobian.rightCols(shape_count_);
+  auto shapes = jacobian.rightCols(morph_count());
   Eigen::Matrix3d blended = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < skin.joint.size(); ++i) {
     const double w = weight * skin.weight[i];
@@ -84,7 +94,14 @@ BodyState BodyJacobian::stepped(const BodyState& state, const Eigen::VectorXd& s
     rotation =
         rotation_vector_of(rotation_of(step.segment<3>(joint_column(static_cast<int>(i)))) * rotation_of(rotation));
   }
-  next.shape.head(shape_count_) += step.tail(shape_count_);
+  const auto add = [](Eigen::VectorXd& weights, Eigen::Index at, double more) {
+    if (weights.size() <= at) weights.conservativeResizeLike(Eigen::VectorXd::Zero(at + 1));
+    weights[at] += more;
+  };
+  for (int s = 0; s < shape_count_; ++s) add(next.shape, s, step[shape_column() + s]);
+  for (int s = 0; s < head_count_; ++s) add(next.head, s, step[head_column() + s]);
+  for (std::size_t e = 0; e < expressions_.size(); ++e)
+    add(next.expression, expressions_[e], step[expression_column() + static_cast<int>(e)]);
   return next;
 }
 

@@ -52,4 +52,39 @@ double stature(const std::vector<Eigen::Vector3d>& vertices, std::size_t count) 
   return high - low;
 }
 
+Tape tape_through(const std::vector<Eigen::Vector3d>& vertices, std::span<const Eigen::Vector3i> triangles,
+                  const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
+  Tape tape;
+  tape.normal = normal;
+  std::set<std::pair<int, int>> crossed;
+  for (const Eigen::Vector3i& t : triangles)
+    for (int k = 0; k < 3; ++k) {
+      const int a = std::min(t[k], t[(k + 1) % 3]), b = std::max(t[k], t[(k + 1) % 3]);
+      const double from = normal.dot(vertices[a] - point), to = normal.dot(vertices[b] - point);
+      if ((from <= 0) == (to <= 0) || !crossed.emplace(a, b).second) continue;
+      tape.crossings.push_back({a, b, from / (from - to)});
+    }
+  return tape;
+}
+
+double girth(const Eigen::Matrix3Xd& vertices, const Tape& tape) {
+  const Eigen::Vector3d u = tape.normal.unitOrthogonal(), v = tape.normal.cross(u);
+  std::vector<Eigen::Vector2d> cut;
+  for (const Tape::Crossing& c : tape.crossings) {
+    const Eigen::Vector3d at = (1 - c.at_b) * vertices.col(c.a) + c.at_b * vertices.col(c.b);
+    cut.emplace_back(u.dot(at), v.dot(at));
+  }
+  return hull_length(std::move(cut));
+}
+
+double extent(const Eigen::Matrix3Xd& vertices, const Tape& tape, int axis) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Tape::Crossing& c : tape.crossings) {
+    const double at = (1 - c.at_b) * vertices(axis, c.a) + c.at_b * vertices(axis, c.b);
+    low = std::min(low, at);
+    high = std::max(high, at);
+  }
+  return std::max(0.0, high - low);
+}
+
 }  // namespace gyre

@@ -7,9 +7,11 @@ namespace gyre {
 
 PosedBody evaluate(const BodyTemplate& body, const BodyState& state) {
   PosedBody posed;
-  posed.rest_vertices = shaped_vertices(body, state.shape);
-  for (Eigen::Vector3d& v : posed.rest_vertices) v *= state.scale;
+  posed.rest_vertices = shaped_vertices(body, state.shape, state.head);
   posed.rest_joints = joint_positions(body, posed.rest_vertices);
+  for (Eigen::Vector3d& joint : posed.rest_joints) joint *= state.scale;
+  add_morphs(posed.rest_vertices, body.expressions, state.expression);
+  for (Eigen::Vector3d& v : posed.rest_vertices) v *= state.scale;
   posed.posed_from_rest = joint_transforms(body, posed.rest_joints, state.pose);
   posed.vertices = skin_vertices(body, posed.rest_vertices, posed.posed_from_rest);
   posed.normals = vertex_normals(posed.vertices, body.mesh.triangles);

@@ -10,15 +10,18 @@
 
 namespace gyre {
 
-// The rest surface is scale times the shaped template; the pose moves that.
+// The rest surface is scale times the shaped template with its expression; the pose moves that. Joints belong to the
+// neutral face.
 struct BodyState {
   double scale = 1.0;
-  Eigen::VectorXd shape;  // standard deviations
-  BodyPose pose;          // world; the root's rotation holds the facing
+  Eigen::VectorXd shape;       // standard deviations
+  BodyPose pose;               // world; the root's rotation holds the facing
+  Eigen::VectorXd head;        // of head_shapes, standard deviations; may be shorter
+  Eigen::VectorXd expression;  // weight of each of the template's expressions; may be shorter
 };
 
 struct PosedBody {
-  std::vector<Eigen::Vector3d> rest_vertices;
+  std::vector<Eigen::Vector3d> rest_vertices;  // with the expression
   std::vector<Eigen::Vector3d> rest_joints;
   std::vector<Eigen::Affine3d> posed_from_rest;  // per joint
   std::vector<Eigen::Vector3d> vertices;

@@ -2,6 +2,7 @@
 #include "common/bundle/sha256.h"
 #include "offload/body/built_in_cage.h"
 #include "offload/body/humanoid.h"
+#include "offload/body/joint_range.h"
 #include "offload/body/template.h"
 #include "offload/body/template_tools.h"
 
@@ -11,7 +12,7 @@ namespace gyre {
 namespace {
 
 // Changes whenever the generator does: the built-in human's checksum is made from it.
-constexpr std::string_view generator_version = "gyre built-in human 1";
+constexpr std::string_view generator_version = "gyre built-in human 2";
 
 struct ShapeRule {
   std::string name;
@@ -114,7 +115,7 @@ std::vector<Joint> make_joints(const HumanCage& cage) {
 
   std::vector<Joint> joints;
   for (const HumanoidBone& bone : humanoid_bones()) {
-    Joint joint{bone.name, bone.parent, {}};
+    Joint joint{bone.name, bone.parent, {}, {}};
     if (regressors.count(bone.name)) {
       joint.regressor = regressors.at(bone.name);
     } else {
@@ -127,16 +128,17 @@ std::vector<Joint> make_joints(const HumanCage& cage) {
 }
 
 std::map<std::string, int> make_landmarks(const HumanCage& cage) {
-  std::map<std::string, int> landmarks = {{"crown", cage.rings.at("crown")[3]},
-                                          {"chin", cage.rings.at("chin")[0]},
-                                          {"noseTip", cage.rings.at("nose")[0]},
-                                          {"crotch", cage.rings.at("crotch")[0]}};
+  std::map<std::string, int> landmarks = {
+      {"crown", cage.rings.at("crown")[3]},  {"chin", cage.rings.at("chin")[0]},
+      {"noseTip", cage.rings.at("nose")[0]}, {"sellion", cage.rings.at("eyes")[0]},
+      {"navel", cage.rings.at("waist")[0]},  {"crotch", cage.rings.at("crotch")[0]}};
   const std::map<std::string, int> left = {
       {"leftShoulder", cage.rings.at("upperArm")[3]}, {"leftElbow", cage.rings.at("elbow")[2]},
       {"leftWrist", cage.rings.at("wrist")[2]},       {"leftFingertip", cage.rings.at("Middle3")[2]},
-      {"leftThumbTip", cage.rings.at("Thumb3")[2]},   {"leftKnee", cage.rings.at("knee")[0]},
-      {"leftAnkle", cage.rings.at("ankle")[0]},       {"leftHeel", cage.rings.at("sole")[3]},
-      {"leftToe", cage.rings.at("toes")[1]}};
+      {"leftThumbTip", cage.rings.at("Thumb3")[2]},   {"leftIndexTip", cage.rings.at("Index3")[2]},
+      {"leftRingTip", cage.rings.at("Ring3")[2]},     {"leftLittleTip", cage.rings.at("Little3")[2]},
+      {"leftKnee", cage.rings.at("knee")[0]},         {"leftAnkle", cage.rings.at("ankle")[0]},
+      {"leftHeel", cage.rings.at("sole")[3]},         {"leftToe", cage.rings.at("toes")[1]}};
   for (const auto& [name, vertex] : left) {
     landmarks[name] = vertex;
     landmarks[mirrored_name(name)] = cage.mirror[vertex];
@@ -204,6 +206,7 @@ BodyTemplate built_in_template() {
   body.mirror = mirror_by_position(body.mesh.vertices, 1e-6);
   body.joints = make_joints(cage);
   body.landmarks = make_landmarks(cage);
+  set_joint_ranges(body);
   return body;
 }
 

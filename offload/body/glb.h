@@ -16,7 +16,7 @@ namespace gyre {
 
 // Numbers the glTF specification gives to component types and buffer view targets.
 namespace gltf {
-enum Component { u8 = 5121, i16 = 5122, u16 = 5123, u32 = 5125, f32 = 5126 };
+enum Component { i8 = 5120, u8 = 5121, i16 = 5122, u16 = 5123, u32 = 5125, f32 = 5126 };
 enum Target { none = 0, array_buffer = 34962, element_array_buffer = 34963 };
 }  // namespace gltf
 
@@ -50,6 +50,9 @@ struct GlbWriter {
   }
   int add_bytes(std::string_view bytes, gltf::Target target);
 
+  // What the views hold so far.
+  const std::string& binary() const { return binary_; }
+
   Result<void> write(const std::filesystem::path& file);
 
  private:
@@ -78,6 +81,8 @@ class GlbReader {
     if (!bytes) return tl::unexpected(bytes.error());
     return values<T>(*bytes, index);
   }
+
+  const std::string& binary() const { return binary_; }
 
   // The file's name for errors.
   const std::string& where() const { return where_; }

@@ -84,4 +84,11 @@ const std::array<std::string_view, 52>& arkit_expressions() {
   return names;
 }
 
+const std::array<std::string_view, 15>& oculus_visemes() {
+  static constexpr std::array<std::string_view, 15> names = {
+      "viseme_sil", "viseme_PP", "viseme_FF", "viseme_TH", "viseme_DD", "viseme_kk", "viseme_CH", "viseme_SS",
+      "viseme_nn",  "viseme_RR", "viseme_aa", "viseme_E",  "viseme_I",  "viseme_O",  "viseme_U"};
+  return names;
+}
+
 }  // namespace gyre

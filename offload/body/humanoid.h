@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The 55 humanoid bones of VRM 1.0 and the 52 ARKit expression names, in Gyre's order.
+// The 55 humanoid bones of VRM 1.0 and the names of expressions: 52 of ARKit, 15 visemes.
 #pragma once
 
 #include <array>
@@ -25,5 +25,8 @@ std::string mirrored_name(std::string_view name);
 
 // The blend shape locations of ARKit's face tracking, in alphabetical order.
 const std::array<std::string_view, 52>& arkit_expressions();
+
+// The visemes of Oculus LipSync in its order, named as avatars for the web name them: "viseme_sil", "viseme_PP", ...
+const std::array<std::string_view, 15>& oculus_visemes();
 
 }  // namespace gyre

@@ -9,7 +9,7 @@ namespace gyre {
 
 namespace {
 
-constexpr int neighbours = 80;  // body vertices that say where a part goes, one part
+constexpr int nearest_vertices = 80;  // body vertices that say where a part goes, one part
 constexpr double least_change = 0.5, most_change = 1.5;
 constexpr double eye_change = 0.06;  // of an eyeball's size at most
 
@@ -115,8 +115,8 @@ void carry_inner_parts(const BodyTemplate& body, const std::vector<Eigen::Vector
     const auto lids = std::find_if(openings.begin(), openings.end(),
                                    [&group = name](const FaceOpening& o) { return o.name == group; });
     const bool is_eye = name != "mouth" && lids != openings.end();
-    const Similarity moved = motion_of(surroundings(*skin, parts, before, neighbours * parts.size()), before, after,
-                                       is_eye ? eye_change : most_change - 1.0);
+    const Similarity moved = motion_of(surroundings(*skin, parts, before, nearest_vertices * parts.size()), before,
+                                       after, is_eye ? eye_change : most_change - 1.0);
     for (const Range& r : parts)
       for (int p = r.first; p < r.last; ++p) after[p] = moved * before[p];
     if (is_eye) seat_eye(*lids, parts.front(), moved.scale, before, after);

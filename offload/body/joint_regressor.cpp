@@ -49,7 +49,7 @@ JointRegressor fit_regressor(const Eigen::MatrixXf& samples, const std::vector<i
 
 std::vector<int> vertices_around(const std::vector<Eigen::Vector3d>& positions, const std::vector<int>& vertices,
                                  const Eigen::Vector3d& joint, std::size_t count) {
-  constexpr double reach = 3;
+  constexpr double reach = 5;
   constexpr std::size_t least_pool = 300;
   std::vector<int> near = vertices;
   std::stable_sort(near.begin(), near.end(), [&](int a, int b) {

@@ -20,7 +20,7 @@ struct JointRegressor {
 JointRegressor fit_regressor(const Eigen::MatrixXf& samples, const std::vector<int>& candidates,
                              const Eigen::MatrixXd& wanted);
 
-// Up to `count` of `vertices`, spread around `joint`: those within three times the distance of the nearest one (and at
+// Up to `count` of `vertices`, spread around `joint`: those within five times the distance of the nearest one (and at
 // least the nearest few hundred), thinned by farthest point sampling.
 std::vector<int> vertices_around(const std::vector<Eigen::Vector3d>& positions, const std::vector<int>& vertices,
                                  const Eigen::Vector3d& joint, std::size_t count);

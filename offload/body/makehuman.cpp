@@ -29,17 +29,18 @@ Result<TriangleMesh> read_mesh(const std::filesystem::path& file) {
 // Targets of one archive whose name (without folders) `wanted` accepts.
 template <class Wanted>
 Result<void> read_targets(const std::filesystem::path& file, const Wanted& wanted, TargetSet& targets) {
-  Result<NpzArrays> arrays = read_npz(file);
-  if (!arrays) return tl::unexpected(arrays.error());
+  const Result<NpzArrays> archive = read_npz(file);
+  if (!archive) return tl::unexpected(archive.error());
+  const auto& arrays = archive->integers;
   for (const char* name : {"names", "start", "index", "delta_x", "delta_y", "delta_z"})
-    if (!arrays->count(name)) return fail("archive without array '" + std::string(name) + "'", file.string());
-  const auto& start = arrays->at("start");
-  const auto& index = arrays->at("index");
-  const auto& x = arrays->at("delta_x");
-  const auto& y = arrays->at("delta_y");
-  const auto& z = arrays->at("delta_z");
+    if (!arrays.count(name)) return fail("archive without array '" + std::string(name) + "'", file.string());
+  const auto& start = arrays.at("start");
+  const auto& index = arrays.at("index");
+  const auto& x = arrays.at("delta_x");
+  const auto& y = arrays.at("delta_y");
+  const auto& z = arrays.at("delta_z");
   std::string text;
-  for (int c : arrays->at("names")) text += static_cast<char>(c);
+  for (int c : arrays.at("names")) text += static_cast<char>(c);
   std::istringstream names(text);
   std::string name;
   for (std::size_t k = 0; std::getline(names, name); ++k) {
@@ -188,9 +189,14 @@ Result<Sources> read_sources(const std::filesystem::path& folder) {
     return tl::unexpected(ok.error());
   if (const auto ok = read_targets(folder / "targets_faceunits01.npz", all, sources.expressions); !ok)
     return tl::unexpected(ok.error());
+  if (const auto ok = read_targets(folder / "targets_visemes02.npz", all, sources.expressions); !ok)
+    return tl::unexpected(ok.error());
   for (const std::string_view name : arkit_expressions())
     if (!sources.expressions.count(std::string(name)))
       return fail("no face unit '" + std::string(name) + "'", (folder / "targets_faceunits01.npz").string());
+  for (const std::string_view name : oculus_visemes())
+    if (!sources.expressions.count(std::string(name)))
+      return fail("no viseme '" + std::string(name) + "'", (folder / "targets_visemes02.npz").string());
 
   Result<BoundMesh> eyes = read_bound_mesh(folder / "mesh", "high-poly", sources.base);
   if (!eyes) return tl::unexpected(eyes.error());
@@ -199,11 +205,16 @@ Result<Sources> read_sources(const std::filesystem::path& folder) {
   if (!teeth) return tl::unexpected(teeth.error());
   sources.teeth = std::move(*teeth);
 
+  const std::filesystem::path licence_file = folder / "licences" / "ICT-FaceKit_LICENSE";
+  const Result<std::string> licence = read_file(licence_file);
+  if (!licence) return tl::unexpected(licence.error());
   sources.notices =
       "Mesh, targets, rig, eyes, teeth, tongue and lashes: MakeHuman community (makehuman, mpfb2 and "
-      "makehuman-assets), "
-      "CC0 1.0. Face units: Mika Suominen (extra-targets), CC0 1.0. Body statistics: ANSUR II, US Army 2012, public "
-      "release.";
+      "makehuman-assets), CC0 1.0. Face units and visemes: Mika Suominen (extra-targets) and the MakeHuman community, "
+      "CC0 1.0. Body statistics: ANSUR II, US Army 2012, public release. Head components: derived from ICT-FaceKit, "
+      "under "
+      "this licence:\n\n" +
+      *licence;
   return sources;
 }
 

@@ -56,7 +56,7 @@ struct Sources {
   std::map<std::string, std::vector<std::pair<int, double>>> weights;  // bone -> (base vertex, weight)
   std::vector<int> mirror;                                             // base vertex -> base vertex
   TargetSet targets;      // by name without folders: macro, breast and measure targets
-  TargetSet expressions;  // by ARKit name
+  TargetSet expressions;  // by ARKit or viseme name
   BoundMesh eyes, teeth;
   std::string notices;
 };

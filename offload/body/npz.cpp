@@ -56,38 +56,48 @@ std::string_view header_value(std::string_view header, std::string_view key) {
   return header.substr(start, header.find_first_of("',)", start) - start);
 }
 
-Result<std::vector<std::int32_t>> read_npy(std::string_view content, const std::string& where) {
+// Number of values of a shape like "(3, 4)" or "(3,)"; 0 for anything else.
+std::size_t value_count(std::string_view header) {
+  const std::size_t at = header.find("'shape'"), open = header.find('(', at), close = header.find(')', at);
+  if (at == std::string_view::npos || open == std::string_view::npos || close == std::string_view::npos) return 0;
+  std::istringstream sizes{std::string(header.substr(open + 1, close - open - 1))};
+  std::size_t count = 1, size = 0, dimensions = 0;
+  char comma = 0;
+  while (sizes >> size) {
+    if (size > largest_member || count * size > largest_member) return 0;
+    count *= size;
+    ++dimensions;
+    sizes >> comma;
+  }
+  return dimensions > 0 ? count : 0;
+}
+
+Result<void> read_npy(std::string_view content, const std::string& name, const std::string& where, NpzArrays& arrays) {
   Bytes bytes{content};
   const bool magic = bytes.slice(0, 6) == std::string_view("\x93NUMPY", 6);
   const std::size_t header_size = bytes.number(8, 2);
   const std::string_view header = bytes.slice(10, header_size);
   if (!magic || !bytes.good || content[6] != 1) return fail("not a NumPy array of version 1", where);
+  if (header_value(header, "'fortran_order'") != "False") return fail("array in Fortran order", where);
   const std::string_view type = header_value(header, "'descr'");
   const std::string_view data = content.substr(10 + header_size);
-  const auto widen = [&]<class T>(T) {
-    std::vector<std::int32_t> values(data.size() / sizeof(T));
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      T value;
-      std::memcpy(&value, data.data() + i * sizeof(T), sizeof(T));
-      values[i] = static_cast<std::int32_t>(value);
+  const std::size_t count = value_count(header);
+  const auto widen = [&]<class From, class To>(From, std::vector<To>& values) -> Result<void> {
+    if (count == 0 || data.size() != count * sizeof(From)) return fail("array is not complete", where);
+    values.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      From value;
+      std::memcpy(&value, data.data() + i * sizeof(From), sizeof(From));
+      values[i] = static_cast<To>(value);
     }
-    return values;
+    return {};
   };
-  std::vector<std::int32_t> values;
-  if (type == "|u1") {
-    values = widen(std::uint8_t{});
-  } else if (type == "<u2") {
-    values = widen(std::uint16_t{});
-  } else if (type == "<i2") {
-    values = widen(std::int16_t{});
-  } else if (type == "<i4") {
-    values = widen(std::int32_t{});
-  } else {
-    return fail("array of an unknown type", where);
-  }
-  if (header_value(header, "'shape'") != std::to_string(values.size()))
-    return fail("array is not one-dimensional or not complete", where);
-  return values;
+  if (type == "|u1") return widen(std::uint8_t{}, arrays.integers[name]);
+  if (type == "<u2") return widen(std::uint16_t{}, arrays.integers[name]);
+  if (type == "<i2") return widen(std::int16_t{}, arrays.integers[name]);
+  if (type == "<i4") return widen(std::int32_t{}, arrays.integers[name]);
+  if (type == "<f4") return widen(float{}, arrays.reals[name]);
+  return fail("array of an unknown type", where);
 }
 
 }  // namespace
@@ -126,9 +136,7 @@ Result<NpzArrays> read_npz(const std::filesystem::path& file) {
     if (!unpacks || crc32(0, reinterpret_cast<const Bytef*>(unpacked.data()), static_cast<uInt>(size)) != crc)
       return fail("cannot unpack", where);
     if (name.ends_with(".npy")) name.resize(name.size() - 4);
-    Result<std::vector<std::int32_t>> values = read_npy(unpacked, where);
-    if (!values) return tl::unexpected(values.error());
-    arrays[name] = std::move(*values);
+    if (auto ok = read_npy(unpacked, name, where, arrays); !ok) return tl::unexpected(ok.error());
   }
   return arrays;
 }

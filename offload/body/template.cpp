@@ -41,10 +41,11 @@ const TemplatePart* BodyTemplate::part(std::string_view wanted) const {
   return nullptr;
 }
 
-std::vector<Eigen::Vector3d> shaped_vertices(const BodyTemplate& body, const Eigen::VectorXd& shape) {
+std::vector<Eigen::Vector3d> shaped_vertices(const BodyTemplate& body, const Eigen::VectorXd& shape,
+                                             const Eigen::VectorXd& head) {
   std::vector<Eigen::Vector3d> vertices = body.mesh.vertices;
-  const auto used = std::min<std::size_t>(static_cast<std::size_t>(shape.size()), body.shapes.size());
-  for (std::size_t k = 0; k < used; ++k) add_morph(vertices, body.shapes[k], shape[static_cast<Eigen::Index>(k)]);
+  add_morphs(vertices, body.shapes, shape);
+  add_morphs(vertices, body.head_shapes, head);
   return vertices;
 }
 
@@ -90,6 +91,12 @@ std::vector<Eigen::Vector3d> unskin_vertices(const BodyTemplate& body,
   for (std::size_t v = 0; v < rest.size(); ++v)
     rest[v] = blended(body.skin[v], posed_from_rest).inverse(Eigen::Affine) * posed_vertices[v];
   return rest;
+}
+
+void add_morphs(std::vector<Eigen::Vector3d>& vertices, const std::vector<Morph>& morphs,
+                const Eigen::VectorXd& weights) {
+  const auto used = std::min<std::size_t>(static_cast<std::size_t>(weights.size()), morphs.size());
+  for (std::size_t k = 0; k < used; ++k) add_morph(vertices, morphs[k], weights[static_cast<Eigen::Index>(k)]);
 }
 
 void add_morph(std::vector<Eigen::Vector3d>& vertices, const Morph& morph, double weight) {

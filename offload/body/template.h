@@ -21,12 +21,19 @@ struct SkinWeights {
   std::array<float, 4> weight{};
 };
 
+// How far a joint turns from the rest pose: bounds of its rotation vector's components along three orthonormal axes.
+struct JointRange {
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // columns, world: along the bone, bending forwards, sideways
+  Eigen::Vector3d least = Eigen::Vector3d::Constant(-3.2), most = Eigen::Vector3d::Constant(3.2);  // radians
+};
+
 // A joint named as VRM 1.0 names humanoid bones ("hips", "leftUpperArm", ...), in an order where parents come first.
 struct Joint {
   std::string name;
   int parent = -1;  // -1: root
   // Rest position = sum of weight * vertex, so that it follows any shape.
   std::vector<std::pair<int, double>> regressor;
+  JointRange range;
 };
 
 // Vertex offsets from the mean, metres. Sparse: entries for moved vertices only.
@@ -69,20 +76,24 @@ struct BodyTemplate {
   // Mean shape in the rest pose: metres, +Y up, facing +Z, soles on y = 0. Part "body" comes first.
   TriangleMesh mesh;  // vertices, triangles, uv, uv_triangles
   std::vector<TemplatePart> parts;
-  std::vector<SkinWeights> skin;         // one a vertex
-  std::vector<Joint> joints;             // the VRM humanoid bones
-  std::vector<BodyRegion> regions;       // one a vertex
-  std::vector<int> mirror;               // vertex -> its mirror vertex (itself on the midline), -1: none
-  std::vector<Morph> shapes;             // principal components, scaled so that one unit is one standard deviation
-  std::vector<Morph> expressions;        // ARKit names
-  std::map<std::string, int> landmarks;  // name -> vertex
+  std::vector<SkinWeights> skin;    // one a vertex
+  std::vector<Joint> joints;        // the VRM humanoid bones
+  std::vector<BodyRegion> regions;  // one a vertex
+  std::vector<int> mirror;          // vertex -> its mirror vertex (itself on the midline), -1: none
+  // What makes a person, in components of one standard deviation each: principal components of bodies, and what heads
+  // differ in beyond them. The first head component may take the template's mean head to that of the others' origin.
+  std::vector<Morph> shapes, head_shapes;
+  std::map<std::string, Eigen::VectorXd> shape_means;  // of "female" and "male" people, in units of `shapes`
+  std::vector<Morph> expressions;                      // names of ARKit, visemes
+  std::map<std::string, int> landmarks;                // name -> vertex
 
   int joint_index(std::string_view joint) const;          // -1: none
   const TemplatePart* part(std::string_view part) const;  // nullptr: none
 };
 
-// Vertices of the rest pose for shape coefficients in standard deviations (missing ones are 0).
-std::vector<Eigen::Vector3d> shaped_vertices(const BodyTemplate& body, const Eigen::VectorXd& shape);
+// Vertices of the rest pose for coefficients of `shapes` and `head_shapes` in standard deviations (missing ones are 0).
+std::vector<Eigen::Vector3d> shaped_vertices(const BodyTemplate& body, const Eigen::VectorXd& shape,
+                                             const Eigen::VectorXd& head = {});
 
 // Rest position of every joint for the given rest vertices.
 std::vector<Eigen::Vector3d> joint_positions(const BodyTemplate& body,
@@ -108,10 +119,15 @@ std::vector<Eigen::Vector3d> unskin_vertices(const BodyTemplate& body,
                                              const std::vector<Eigen::Vector3d>& posed_vertices,
                                              const std::vector<Eigen::Affine3d>& posed_from_rest);
 
-// Adds weight * expression to the vertices.
+// Adds weight * morph to the vertices.
 void add_morph(std::vector<Eigen::Vector3d>& vertices, const Morph& morph, double weight);
 
-// Reads a packed template (GLB); every index is checked. The error says what is missing.
+// The same for several, with one weight each (missing ones are 0).
+void add_morphs(std::vector<Eigen::Vector3d>& vertices, const std::vector<Morph>& morphs,
+                const Eigen::VectorXd& weights);
+
+// Reads a packed template (GLB, its form is described in template_file.h); every index is checked, and the checksum it
+// carries. The error says what is missing or damaged.
 Result<BodyTemplate> read_template(const std::filesystem::path& file);
 Result<void> write_template(const BodyTemplate& body, const std::filesystem::path& file);
 

@@ -2,13 +2,17 @@
 #include "offload/body/template_build.h"
 
 #include "offload/body/body_measures.h"
+#include "offload/body/head_space.h"
 #include "offload/body/humanoid.h"
 #include "offload/body/joint_anatomy.h"
+#include "offload/body/joint_range.h"
 #include "offload/body/joint_regressor.h"
+#include "offload/body/shape_space.h"
 #include "offload/body/template_parts.h"
 #include "offload/body/template_tools.h"
 
 #include <spdlog/spdlog.h>
+#include <Eigen/Dense>
 
 namespace gyre {
 namespace {
@@ -70,6 +74,12 @@ Result<std::map<std::string, int>> folded_bones(const Sources& sources) {
 
 // Base vertices whose mean is the joint of a humanoid bone.
 std::vector<int> joint_vertices(const Sources& sources, const std::string& bone) {
+  if (bone == "upperChest") {  // midway: the source's own joint there strays by centimetres as the chest changes
+    std::vector<int> vertices = sources.bones.at(source_bones().at("chest")).head;
+    const auto& neck = sources.bones.at(source_bones().at("neck")).head;
+    vertices.insert(vertices.end(), neck.begin(), neck.end());
+    return vertices;
+  }
   if (source_bones().count(bone)) return sources.bones.at(source_bones().at(bone)).head;
   std::vector<int> vertices;  // toes: the middle of the five
   for (const char* toe : toe_bones) {
@@ -117,29 +127,10 @@ std::vector<BodyRegion> make_regions(const BodyTemplate& body, const std::vector
   for (const Morph& morph : body.expressions)
     for (std::size_t i = 0; i < morph.vertices.size(); ++i)
       if (morph.offsets[i].norm() > expressive) moved[morph.vertices[i]] = true;
-  std::vector<BodyRegion> region_of_bone;
-  for (const HumanoidBone& bone : humanoid_bones()) {
-    const bool left = bone.name.starts_with("left");
-    const std::string_view part = std::string_view(bone.name).substr(left ? 4 : bone.name.starts_with("right") ? 5 : 0);
-    const bool sided = part.size() < bone.name.size();
-    BodyRegion region = torso;
-    if (part == "head" || part == "jaw" || part == "Eye") {
-      region = head;
-    } else if (part == "UpperArm" || part == "LowerArm") {
-      region = left ? left_arm : right_arm;
-    } else if (part == "UpperLeg" || part == "LowerLeg") {
-      region = left ? left_leg : right_leg;
-    } else if (part == "Foot" || part == "Toes") {
-      region = left ? left_foot : right_foot;
-    } else if (sided && part != "Shoulder") {
-      region = left ? left_hand : right_hand;
-    }
-    region_of_bone.push_back(region);
-  }
   std::vector<BodyRegion> regions;
   const auto body_count = static_cast<std::size_t>(body.parts[0].vertex_count);
   for (std::size_t v = 0; v < body.mesh.vertices.size(); ++v) {
-    const BodyRegion region = region_of_bone[body.skin[v].joint[0]];
+    const BodyRegion region = region_of_bone(humanoid_bones()[body.skin[v].joint[0]].name);
     if (v >= body_count || interior[v]) {
       regions.push_back(inner);
     } else {
@@ -181,6 +172,26 @@ std::map<std::string, int> make_landmarks(const BodyTemplate& body, const std::v
   return landmarks;
 }
 
+// Landmarks that the face model knows (points of iBUG), and the lowest point of each ear.
+void add_face_landmarks(const HeadSpace& heads, BodyTemplate& body) {
+  const auto add = [&](const std::string& name, int left) {
+    body.landmarks["left" + name] = left;
+    body.landmarks["right" + name] = body.mirror[left];
+  };
+  add("Nostril", heads.points[34]);
+  add("Jaw", heads.points[10]);
+  add("JawAngle", heads.points[12]);
+  const int tip = body.landmarks.at("leftEar");
+  constexpr double auricle = 0.8;  // share of the tip's distance from the midline where the ear begins
+  const Eigen::Vector3d& at = body.mesh.vertices[tip];
+  int lobe = tip;
+  for (int v = 0; v < body.parts[0].vertex_count; ++v) {
+    const Eigen::Vector3d& p = body.mesh.vertices[v];
+    if (p.x() > auricle * at.x() && (p - at).norm() < 0.06 && p.y() < body.mesh.vertices[lobe].y()) lobe = v;
+  }
+  add("EarLobe", lobe);
+}
+
 // A third of the area of the triangles around each body vertex; inner parts and surfaces count almost nothing.
 Eigen::VectorXd vertex_areas(const BodyTemplate& body) {
   Eigen::VectorXd area = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(body.mesh.vertices.size()), 1e-9);
@@ -192,6 +203,20 @@ Eigen::VectorXd vertex_areas(const BodyTemplate& body) {
       if (body.regions[corners[k]] != BodyRegion::inner) area[corners[k]] += third;
   }
   return area;
+}
+
+// Mean coefficients of one sex: components are orthogonal in the samples, so the least squares are projections.
+Eigen::VectorXd mean_shape(const ShapeSpace& space, const Eigen::MatrixXf& samples, const std::vector<bool>& is_male,
+                           bool male) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(samples.cols());
+  double count = 0;
+  for (Eigen::Index s = 0; s < samples.rows(); ++s)
+    if (is_male[s] == male) {
+      sum += samples.row(s).transpose().cast<double>();
+      ++count;
+    }
+  const Eigen::MatrixXd& c = space.components;
+  return (c.transpose() * c).ldlt().solve(c.transpose() * (sum / count - space.mean));
 }
 
 // What the joint of each bone may be made of: the eyeballs for the eyes, else the surface the bone or its parent moves.
@@ -246,7 +271,7 @@ void fit_joints(BodyTemplate& body, const Sources& sources, const Eigen::MatrixX
     const auto candidates = vertices_around(body.mesh.vertices, regressor_vertices(body, static_cast<int>(j)),
                                             wanted.colwise().mean().transpose(), 64);
     const JointRegressor fitted = fit_regressor(samples, candidates, wanted);
-    body.joints.push_back({humanoid_bones()[j].name, humanoid_bones()[j].parent, fitted.weights});
+    body.joints.push_back({humanoid_bones()[j].name, humanoid_bones()[j].parent, fitted.weights, {}});
     sum += fitted.rms;
     spdlog::debug("template: joint {} follows within {:.2f} mm (rms)", body.joints.back().name, 1000 * fitted.rms);
     if (fitted.rms <= worst) continue;
@@ -259,11 +284,24 @@ void fit_joints(BodyTemplate& body, const Sources& sources, const Eigen::MatrixX
 
 }  // namespace
 
+std::vector<Eigen::Vector3d> source_joints(const Sources& sources, const std::vector<Eigen::Vector3f>& base) {
+  std::vector<Eigen::Vector3d> joints;
+  for (const HumanoidBone& bone : humanoid_bones()) {
+    const std::vector<int> around = joint_vertices(sources, bone.name);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (int v : around) sum += base[v].cast<double>() / static_cast<double>(around.size());
+    joints.push_back(sum);
+  }
+  return joints;
+}
+
 Result<void> TemplateBuildOptions::check() const {
   if (components < 1 || components > 30)
     return wrong_use("bad number of shape components", std::to_string(components), "give 1 to 30");
-  if (samples.count < 2 * components)
-    return wrong_use("too few samples", std::to_string(samples.count), "give at least twice the components");
+  if (head_modes < 1 || head_modes > 100)
+    return wrong_use("bad number of head modes", std::to_string(head_modes), "give 1 to 100");
+  if (bodies.count < 2 * components)
+    return wrong_use("too few bodies", std::to_string(bodies.count), "give at least twice the components");
   return {};
 }
 
@@ -283,8 +321,9 @@ Result<BodyTemplate> build_template(const std::filesystem::path& folder, const T
   if (!assembled) return tl::unexpected(assembled.error());
 
   progress(0.1, "sampling bodies");
-  const auto bodies = sample_bodies(*sources, *survey, options.samples);
-  if (!bodies) return tl::unexpected(bodies.error());
+  const auto fitted = fit_survey_bodies(*sources, *survey, options.bodies);
+  if (!fitted) return tl::unexpected(fitted.error());
+  const auto& bodies = fitted->bodies;
 
   BodyTemplate body;
   body.name = "gyre-human 1";
@@ -292,11 +331,11 @@ Result<BodyTemplate> build_template(const std::filesystem::path& folder, const T
   body.mesh = std::move(assembled->mesh);
   body.parts = assembled->parts;
   body.skin = make_skin(*sources, *folded, *assembled);
-  const auto rows = static_cast<Eigen::Index>(bodies->size());
+  const auto rows = static_cast<Eigen::Index>(bodies.size());
   const auto vertices = static_cast<Eigen::Index>(assembled->binding.size());
   Eigen::MatrixXf samples(rows, 3 * vertices);
   for (Eigen::Index s = 0; s < rows; ++s) {
-    const auto positions = bound_positions(assembled->binding, (*bodies)[s]);
+    const auto positions = bound_positions(assembled->binding, bodies[s]);
     for (Eigen::Index v = 0; v < vertices; ++v)
       samples.row(s).segment<3>(3 * v) = positions[v].cast<float>().transpose();
   }
@@ -305,10 +344,13 @@ Result<BodyTemplate> build_template(const std::filesystem::path& folder, const T
   for (Eigen::Index v = 0; v < body.parts[0].vertex_count; ++v) floor = std::min(floor, double(mean[3 * v + 1]));
   for (Eigen::Index v = 0; v < vertices; ++v)
     body.mesh.vertices.emplace_back(mean.segment<3>(3 * v).cast<double>() - Eigen::Vector3d(0, floor, 0));
-  for (const std::string_view name : arkit_expressions())
+  const auto add_expression = [&](std::string_view name) {
+    const Target& target = sources->expressions.at(std::string(name));
     body.expressions.push_back(
-        sparse_morph(std::string(name), bound_offsets(assembled->binding, sources->expressions.at(std::string(name))),
-                     tenth_of_a_millimetre / 2));
+        sparse_morph(std::string(name), bound_offsets(assembled->binding, target), tenth_of_a_millimetre / 2));
+  };
+  for (const std::string_view name : arkit_expressions()) add_expression(name);
+  for (const std::string_view name : oculus_visemes()) add_expression(name);
   body.regions = make_regions(body, assembled->interior);
   body.mirror = assembled->mirror;
   const std::vector<int> by_position = mirror_by_position(body.mesh.vertices, 1e-3);
@@ -321,12 +363,25 @@ Result<BodyTemplate> build_template(const std::filesystem::path& folder, const T
     const Eigen::MatrixXd offsets = space.components.col(k).reshaped<Eigen::RowMajor>(vertices, 3);
     body.shapes.push_back(sparse_morph("shape" + std::to_string(k), offsets, 0));
   }
+  for (const bool male : {false, true})
+    body.shape_means[male ? "male" : "female"] = mean_shape(space, samples, fitted->male, male);
   spdlog::info("template: {} shape components explain {:.1f} % of {} bodies", options.components,
                100 * space.explained.sum(), rows);
 
   progress(0.85, "joints");
-  fit_joints(body, *sources, samples, *bodies);
+  fit_joints(body, *sources, samples, bodies);
   body.landmarks = make_landmarks(body, joint_positions(body, body.mesh.vertices));
+
+  progress(0.9, "heads");
+  const Result<FaceModel> face = read_face_model(folder / "ict", options.head_modes);
+  if (!face) return tl::unexpected(face.error());
+  Result<HeadSpace> heads = transfer_head_space(body, *face);
+  if (!heads) return tl::unexpected(heads.error());
+  spdlog::info("template: {:.0f} % of the face lie on the face model's mean, {:.2f} mm rms from it",
+               100 * heads->matched, 1000 * heads->distance);
+  add_face_landmarks(*heads, body);
+  body.head_shapes = std::move(heads->components);
+  set_joint_ranges(body);
   progress(1, "done");
   return body;
 }

@@ -2,7 +2,10 @@
 #include "offload/body/template_check.h"
 
 #include "offload/body/body_measures.h"
+#include "offload/body/expression_check.h"
 #include "offload/body/humanoid.h"
+#include "offload/body/joint_range.h"
+#include "offload/body/landmark_set.h"
 
 #include <set>
 
@@ -23,6 +26,7 @@ class Checker {
     shapes();
     expressions();
     landmarks();
+    ranges();
     return findings_;
   }
 
@@ -47,7 +51,7 @@ class Checker {
       for (int k = 0; k < 3; ++k) good = good && in_range(t[k]);
     for (const Eigen::Vector3i& t : mesh.uv_triangles)
       for (int k = 0; k < 3; ++k) good = good && t[k] >= 0 && static_cast<std::size_t>(t[k]) < mesh.uv.size();
-    for (const auto* morphs : {&body_.shapes, &body_.expressions})
+    for (const auto* morphs : {&body_.shapes, &body_.head_shapes, &body_.expressions})
       for (const Morph& morph : *morphs) {
         good = good && morph.vertices.size() == morph.offsets.size();
         for (int v : morph.vertices) good = good && in_range(v);
@@ -180,23 +184,11 @@ class Checker {
   }
 
   void expressions() {
-    if (body_.built_in) return;  // has no face rig
-    std::set<std::string> names;
-    for (const Morph& morph : body_.expressions) {
-      names.insert(morph.name);
-      double left = 0, right = 0;
-      for (std::size_t i = 0; i < morph.vertices.size(); ++i)
-        (body_.mesh.vertices[morph.vertices[i]].x() > 0 ? left : right) += morph.offsets[i].norm();
-      const bool on_left = morph.name.ends_with("Left"), on_right = morph.name.ends_with("Right");
-      const bool is_direction =
-          morph.name.starts_with("jaw") || morph.name == "mouthLeft" || morph.name == "mouthRight";
-      if (left + right <= 0) error(morph.name + " moves nothing");
-      if (!is_direction && ((on_left && left <= right) || (on_right && right <= left)))
-        error(morph.name + " moves the other side");
+    if (body_.expressions.empty() && body_.built_in) {
+      note("the built-in human has no face rig: no expressions, no visemes");
+      return;
     }
-    for (const std::string_view name : arkit_expressions())
-      if (!names.erase(std::string(name))) error("no expression " + std::string(name));
-    for (const std::string& name : names) error("unknown expression " + name);
+    for (const std::string& fault : expression_faults(body_)) error(fault);
   }
 
   void landmarks() {
@@ -204,11 +196,35 @@ class Checker {
                              "rightElbow", "leftWrist", "rightWrist", "leftFingertip", "rightFingertip", "leftKnee",
                              "rightKnee", "leftHeel", "rightHeel", "leftToe", "rightToe"})
       if (!body_.landmarks.count(name)) error("no landmark " + std::string(name));
+    std::string missing;
+    for (const std::string& name : landmark_names())
+      if (!body_.landmarks.count(name)) missing += (missing.empty() ? "" : ", ") + name;
+    if (!missing.empty()) note("landmarks that are not there: " + missing);
     for (const auto& [name, vertex] : body_.landmarks) {
       const double x = in_range(vertex) ? body_.mesh.vertices[vertex].x() : std::nan("");
       if (std::isnan(x) || (name.starts_with("left") && x <= 0) || (name.starts_with("right") && x >= 0))
         error("landmark " + name + " is on the wrong side");
+      if (!body_.mirror.empty() && in_range(vertex) && body_.landmarks.count(mirrored_name(name)) &&
+          body_.mirror[vertex] >= 0 && body_.mirror[vertex] != body_.landmarks.at(mirrored_name(name)))
+        note("landmark " + name + " is not where its other side's mirror is");
     }
+  }
+
+  // The rest pose must be possible, and people must not change what is not theirs.
+  void ranges() {
+    for (const Joint& joint : body_.joints)
+      if (!beyond(joint.range, Eigen::Vector3d::Zero()).isZero())
+        error("joint " + joint.name + " is beyond its range at rest");
+    for (const Morph& shape : body_.head_shapes)
+      for (int v : shape.vertices)
+        if (body_.regions[v] != BodyRegion::head && body_.regions[v] != BodyRegion::face &&
+            body_.regions[v] != BodyRegion::inner && body_.regions[v] != BodyRegion::torso) {
+          error("head component " + shape.name + " moves a limb");
+          break;
+        }
+    for (const auto& [sex, mean] : body_.shape_means)
+      if (mean.size() > static_cast<Eigen::Index>(body_.shapes.size()) || !mean.allFinite() || mean.norm() > 10)
+        error("mean of the " + sex + " people is no body");
   }
 
   const BodyTemplate& body_;

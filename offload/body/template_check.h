@@ -16,7 +16,8 @@ struct TemplateFinding {
 
 // Checks that arrays match, the body is a closed, consistently oriented manifold, weights sum to 1, joints lie inside
 // the surface (generalised winding number, Jacobson et al. 2013), mirror pairs mirror, texture coordinates lie in
-// [0, 1] and do not overlap, every expression has an ARKit name and moves its own side, and landmarks are there.
+// [0, 1] and do not overlap, every expression of ARKit and viseme is there and does what its name says, landmarks are
+// there, and the rest pose is within the joints' ranges.
 std::vector<TemplateFinding> check_template(const BodyTemplate& body);
 
 // Boundary edges, edges of more than two triangles, and edges whose triangles disagree on the orientation.

@@ -21,7 +21,8 @@ struct AssembledParts {
 };
 
 // Body first, then leftEye, rightEye, upperTeeth, lowerTeeth, tongue, lashes. The small parts get space in the body's
-// atlas. Helper geometry, joint cubes and genitals are left out.
+// atlas rather than one of their own: an avatar is one mesh with one material and one picture then, which every
+// importer reads and the texture stage bakes in one go. Helper geometry, joint cubes and genitals are left out.
 Result<AssembledParts> assemble_parts(const Sources& sources);
 
 // Positions of all vertices for positions of the base mesh.

@@ -35,6 +35,19 @@ Morph sparse_morph(std::string name, const Eigen::MatrixXd& offsets, double leas
   return morph;
 }
 
+BodyRegion region_of_bone(std::string_view bone) {
+  using enum BodyRegion;
+  const bool left = bone.starts_with("left");
+  const std::string_view part = bone.substr(left ? 4 : bone.starts_with("right") ? 5 : 0);
+  const bool sided = part.size() < bone.size();
+  if (part == "head" || part == "jaw" || part == "Eye") return head;
+  if (part == "UpperArm" || part == "LowerArm") return left ? left_arm : right_arm;
+  if (part == "UpperLeg" || part == "LowerLeg") return left ? left_leg : right_leg;
+  if (part == "Foot" || part == "Toes") return left ? left_foot : right_foot;
+  if (sided && part != "Shoulder") return left ? left_hand : right_hand;
+  return torso;
+}
+
 BodyRegion mirrored_region(BodyRegion region) {
   using enum BodyRegion;
   switch (region) {

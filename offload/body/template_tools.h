@@ -5,6 +5,7 @@
 #include "offload/body/template.h"
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace gyre {
@@ -14,6 +15,9 @@ SkinWeights strongest_joints(const Eigen::VectorXd& weight_of_joint);
 
 // Rows (vertices x 3, metres) longer than `least` as a morph.
 Morph sparse_morph(std::string name, const Eigen::MatrixXd& offsets, double least);
+
+// Where a humanoid bone's skin is, by its name; torso for names that are not known.
+BodyRegion region_of_bone(std::string_view bone);
 
 // left_x and right_x swapped, others unchanged.
 BodyRegion mirrored_region(BodyRegion region);

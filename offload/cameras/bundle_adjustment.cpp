@@ -20,12 +20,6 @@ constexpr double prior_tangential = 0.003;
 // more about the lens than this many independent ones.
 constexpr double independent_keypoints_per_view = 50.0;
 
-Eigen::Quaterniond exponential(const Eigen::Vector3d& w) {
-  const double angle = w.norm();
-  const double s = angle > 1e-8 ? std::sin(0.5 * angle) / angle : 0.5;
-  return {std::cos(0.5 * angle), s * w.x(), s * w.y(), s * w.z()};
-}
-
 // Poses change by x -> exp(w) R x + t + v. The reprojection cost writes derivatives by (w, v) directly into the first
 // six columns of its block, and PlusJacobian hands them through. One component of the translation may be held, to fix
 // the scale of the world.
@@ -38,7 +32,7 @@ class PoseManifold final : public ceres::Manifold {
   bool Plus(const double* x, const double* delta, double* result) const override {
     const Eigen::Quaterniond rotation(x);
     Eigen::Map<Eigen::Quaterniond> moved(result);
-    moved = (exponential(Eigen::Vector3d(delta)) * rotation).normalized();
+    moved = (rotation_about(Eigen::Vector3d(delta)) * rotation).normalized();
     const double* shift = delta + 3;
     for (int i = 0; i < 3; ++i) result[4 + i] = x[4 + i] + (held_ == i ? 0.0 : *shift++);
     return true;

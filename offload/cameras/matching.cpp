@@ -38,7 +38,7 @@ void dot_products(const std::int16_t* a0, const std::int16_t* a1, const std::int
   }
 }
 
-struct Nearest {
+struct BestTwo {
   std::int32_t best = std::numeric_limits<std::int32_t>::min();  // largest dot product
   std::int32_t second = std::numeric_limits<std::int32_t>::min();
   int index = -1;
@@ -59,7 +59,7 @@ double squared_distance(std::int32_t dot) {
   return std::max(0.0, 2.0 - 2.0 * dot / norm2);
 }
 
-bool is_distinct(const Nearest& nearest, const MatchOptions& options) {
+bool is_distinct(const BestTwo& nearest, const MatchOptions& options) {
   const double best = squared_distance(nearest.best);
   if (best > options.max_distance * options.max_distance) return false;
   if (nearest.second == std::numeric_limits<std::int32_t>::min()) return true;
@@ -71,7 +71,7 @@ bool is_distinct(const Nearest& nearest, const MatchOptions& options) {
 std::vector<Match> match_descriptors(std::span<const Descriptor> a, std::span<const Descriptor> b,
                                      const MatchOptions& options) {
   if (a.empty() || b.empty()) return {};
-  std::vector<Nearest> in_b(a.size()), in_a(b.size());
+  std::vector<BestTwo> in_b(a.size()), in_a(b.size());
   std::array<std::int32_t, rows_at_once * columns_at_once> dots;
   for (std::size_t column = 0; column < b.size(); column += columns_at_once) {
     const std::size_t columns = std::min(columns_at_once, b.size() - column);
@@ -80,7 +80,7 @@ std::vector<Match> match_descriptors(std::span<const Descriptor> a, std::span<co
       const auto row_data = [&](std::size_t i) { return a[row + std::min(i, rows - 1)].data(); };
       dot_products(row_data(0), row_data(1), row_data(2), row_data(3), b[column].data(), columns, dots.data());
       for (std::size_t i = 0; i < rows; ++i) {
-        Nearest nearest = in_b[row + i];
+        BestTwo nearest = in_b[row + i];
         for (std::size_t j = 0; j < columns; ++j) {
           const std::int32_t dot = dots[rows_at_once * j + i];
           nearest.offer(dot, static_cast<int>(column + j));

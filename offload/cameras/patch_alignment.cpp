@@ -12,20 +12,21 @@ namespace gyre {
 namespace {
 
 // A point to look for: where it should be, and the reference that sees it from the most similar direction.
-struct Candidate {
+struct PatchCandidate {
   int track = 0;
   int reference = 0;
   std::size_t seen_by = 0;
   Eigen::Vector2d place;
 };
 
-std::vector<Candidate> candidates(const Scene& scene, std::span<const int> tracks, int view, const Pose& cam_from_world,
-                                  const PatchPictures& pictures, const PatchAlignmentOptions& options) {
+std::vector<PatchCandidate> candidates(const Scene& scene, std::span<const int> tracks, int view,
+                                       const Pose& cam_from_world, const PatchPictures& pictures,
+                                       const PatchAlignmentOptions& options) {
   const View& own = scene.views[view];
   const Camera camera = scene.camera_of(own).scaled(pictures.scale);
   const Eigen::Vector3d centre = centre_of(cam_from_world);
   const double margin = options.half_side + options.reach + 1;
-  std::map<std::pair<int, int>, std::vector<Candidate>> cells;
+  std::map<std::pair<int, int>, std::vector<PatchCandidate>> cells;
   for (const int t : tracks) {
     const Track& track = scene.tracks[t];
     if (!track.triangulated) continue;
@@ -34,7 +35,7 @@ std::vector<Candidate> candidates(const Scene& scene, std::span<const int> track
         place->y() >= camera.height - margin)
       continue;
     const Eigen::Vector3d ray = (track.point - centre).normalized();
-    Candidate candidate{t, -1, 0, *place};
+    PatchCandidate candidate{t, -1, 0, *place};
     double most_similar = std::cos(0.6);  // radians; beyond it a patch looks like another
     for (const Observation& o : track.observations) {
       if (!o.used || !pictures.references.contains(o.view)) continue;
@@ -48,10 +49,10 @@ std::vector<Candidate> candidates(const Scene& scene, std::span<const int> track
       cells[{static_cast<int>(12 * place->x() / camera.width), static_cast<int>(12 * place->y() / camera.height)}]
           .push_back(candidate);
   }
-  std::vector<Candidate> chosen;
+  std::vector<PatchCandidate> chosen;
   for (auto& [cell, found] : cells) {
     std::stable_sort(found.begin(), found.end(),
-                     [](const Candidate& a, const Candidate& b) { return a.seen_by > b.seen_by; });
+                     [](const PatchCandidate& a, const PatchCandidate& b) { return a.seen_by > b.seen_by; });
     found.resize(std::min(found.size(), static_cast<std::size_t>(options.points_per_cell)));
     chosen.insert(chosen.end(), found.begin(), found.end());
   }
@@ -97,7 +98,7 @@ cv::Matx23d window_source(const Eigen::Matrix<double, 2, 3>& map, const Eigen::V
 
 // The direction the surface at a candidate's point faces: the one of several for which the reference looks most like
 // the two other references with the most similar views of it.
-Eigen::Vector3d surface_normal(const Scene& scene, const Candidate& c, const Pose& cam_from_world,
+Eigen::Vector3d surface_normal(const Scene& scene, const PatchCandidate& c, const Pose& cam_from_world,
                                const PatchPictures& pictures, int half) {
   const Track& track = scene.tracks[c.track];
   const View& reference = scene.views[c.reference];
@@ -209,7 +210,7 @@ std::vector<AlignedPoint> align_patches(const Scene& scene, std::span<const int>
   const int half = options.half_side, reach = options.reach;
   std::vector<AlignedPoint> aligned;
   cv::Mat patch, correlation;
-  for (const Candidate& c : candidates(scene, tracks, view, cam_from_world, pictures, options)) {
+  for (const PatchCandidate& c : candidates(scene, tracks, view, cam_from_world, pictures, options)) {
     const Eigen::Vector3d& point = scene.tracks[c.track].point;
     auto normal = normals.find(c.track);
     if (normal == normals.end())

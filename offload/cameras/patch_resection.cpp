@@ -86,9 +86,9 @@ struct Comparison {
 };
 
 // The picture of a view and those of its references, which are kept for the view after it.
-class Pictures {
+class PictureCache {
  public:
-  explicit Pictures(const PictureOfView& picture_of) : picture_of_(picture_of) {}
+  explicit PictureCache(const PictureOfView& picture_of) : picture_of_(picture_of) {}
 
   // At every scale of `options`; none when the view's picture or all references cannot be read.
   std::map<double, PatchPictures> prepared(int view, std::span<const int> references,
@@ -114,15 +114,15 @@ class Pictures {
   std::map<int, cv::Mat> read_;
 };
 
-struct Fit {
+struct PoseFit {
   Pose cam_from_world;
   std::size_t inliers = 0, patches = 0;
   double agreement = 0.0;  // sum of the inliers' correlations
 };
 
 // The pose by which most patches lie where they must, from one that is wrong by no more than the patches' reach.
-std::optional<Fit> fit_at(const Scene& scene, Comparison& c, const Pose& guess, const CameraMotion& motion,
-                          double scale, const PatchResectionOptions& options) {
+std::optional<PoseFit> fit_at(const Scene& scene, Comparison& c, const Pose& guess, const CameraMotion& motion,
+                              double scale, const PatchResectionOptions& options) {
   const Camera& camera = scene.camera_of(scene.views[c.view]);
   const std::vector<AlignedPoint> aligned =
       align_patches(scene, c.tracks, c.view, guess, motion, c.pictures.at(scale), options.patches);
@@ -136,8 +136,8 @@ std::optional<Fit> fit_at(const Scene& scene, Comparison& c, const Pose& guess, 
   spdlog::debug("patch resection: view {} at {:.2f}: {} patches, {} agree", c.view, scale, aligned.size(),
                 found ? found->inliers.size() : 0);
   if (!found) return std::nullopt;
-  Fit fit{refine_pose(found->cam_from_world, image, world, options.usual_error / scale / camera.fx),
-          found->inliers.size(), aligned.size()};
+  PoseFit fit{refine_pose(found->cam_from_world, image, world, options.usual_error / scale / camera.fx),
+              found->inliers.size(), aligned.size()};
   for (const int i : found->inliers) fit.agreement += aligned[i].correlation;
   return fit;
 }
@@ -150,13 +150,13 @@ CameraMotion motion_between(const Pose& a, const Pose& b) {
 
 // Tries which share of the way between the neighbours was walked during the exposure: the smear it makes of the
 // patches is the one by which most of them are found.
-Fit fit_exposure(const Scene& scene, Comparison& c, Fit fit, const CameraMotion& way,
-                 const PatchResectionOptions& options) {
+PoseFit fit_exposure(const Scene& scene, Comparison& c, PoseFit fit, const CameraMotion& way,
+                     const PatchResectionOptions& options) {
   std::vector<double> shares{0.0};
   for (double share = options.least_exposure; share < options.most_exposure; share *= std::sqrt(2.0))
     shares.push_back(share);
   for (int round = 0; round < options.exposure_rounds; ++round) {
-    std::optional<Fit> best;
+    std::optional<PoseFit> best;
     double best_share = 0.0;
     for (const double share : shares) {
       const auto trial =
@@ -176,7 +176,7 @@ Fit fit_exposure(const Scene& scene, Comparison& c, Fit fit, const CameraMotion&
   return fit;
 }
 
-bool place(Scene& scene, int v, Pictures& pictures, const PatchResectionOptions& options) {
+bool place(Scene& scene, int v, PictureCache& pictures, const PatchResectionOptions& options) {
   View& view = scene.views[v];
   std::vector<int> near = placed_near(scene, v);
   const auto before = std::find_if(near.begin(), near.end(), [&](int i) { return scene.views[i].order < view.order; });
@@ -190,7 +190,7 @@ bool place(Scene& scene, int v, Pictures& pictures, const PatchResectionOptions&
                         calm_tracks(scene, near, first, last, options.calm_share)};
   if (comparison.pictures.empty()) return false;
 
-  std::optional<Fit> fit;
+  std::optional<PoseFit> fit;
   for (int i = 1; i <= options.guesses; ++i) {
     const double t = static_cast<double>(i) / (options.guesses + 1);
     const Pose guess = between(first.cam_from_world, last.cam_from_world, t);
@@ -219,7 +219,7 @@ bool place(Scene& scene, int v, Pictures& pictures, const PatchResectionOptions&
 std::vector<int> place_between_neighbours(Scene& scene, const PictureOfView& picture_of,
                                           const PatchResectionOptions& options) {
   std::vector<int> placed;
-  Pictures pictures(picture_of);
+  PictureCache pictures(picture_of);
   // From both ends of a gap inwards: patches change with the direction they are seen from, and a view that has found
   // its place helps the one beside it.
   for (bool again = true; again;) {

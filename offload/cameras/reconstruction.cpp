@@ -158,12 +158,12 @@ class Mapper {
 };
 
 // How well a model explains its keypoints: number of used ones, and their median error in pixels.
-struct Fit {
+struct ModelFit {
   std::size_t keypoints = 0;
   double median_error = 0.0;
 };
 
-Fit fit_of(const Scene& scene) {
+ModelFit fit_of(const Scene& scene) {
   std::vector<double> errors;
   for (const Track& track : scene.tracks) {
     if (!track.triangulated) continue;
@@ -193,7 +193,7 @@ bool is_plausible(const Scene& scene) {
 // A model started from the best pair under a focal guess; nothing when none starts. guess 0: the lens is known.
 struct Start {
   Scene scene;
-  Fit fit;
+  ModelFit fit;
 };
 
 std::optional<Start> start_with(double guess, const Scene& empty, const std::vector<ViewPair>& pairs,
@@ -209,7 +209,7 @@ std::optional<Start> start_with(double guess, const Scene& empty, const std::vec
     mapper.grow(options.trial_views, [](int) {});
     if (grown.registered_count() < 3 || !is_plausible(grown)) continue;
     mapper.adjust_everything();
-    const Fit fit = fit_of(grown);
+    const ModelFit fit = fit_of(grown);
     spdlog::debug("focal guess {:.2f}: {:.1f} px after {} views, {} keypoints explained, median {:.2f} px", guess,
                   grown.cameras.front().fx, grown.registered_count(), fit.keypoints, fit.median_error);
     return Start{std::move(grown), fit};

@@ -15,11 +15,6 @@ Eigen::Vector3d logarithm(const Eigen::Quaterniond& q) {
   return turn.angle() * turn.axis();
 }
 
-Eigen::Quaterniond exponential(const Eigen::Vector3d& w) {
-  const double angle = w.norm();
-  return angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle)) : Eigen::Quaterniond::Identity();
-}
-
 // Rotations along the maximum spanning tree (Prim) that grows from `root`.
 std::vector<std::optional<Eigen::Quaterniond>> grow_tree(int views, std::span<const RelativeRotation> relative,
                                                          const std::vector<std::vector<std::size_t>>& of_view,
@@ -117,7 +112,7 @@ RotationAverage average_rotations(int views, std::span<const RelativeRotation> r
     const Eigen::MatrixX3d step = solver.solve(right);
     for (std::size_t v = 0; v < rotations.size(); ++v)
       if (unknown_of[v] >= 0)
-        rotations[v] = (*rotations[v] * exponential(step.row(unknown_of[v]).transpose())).normalized();
+        rotations[v] = (*rotations[v] * rotation_about(step.row(unknown_of[v]).transpose())).normalized();
     if (step.rowwise().norm().maxCoeff() < 1e-9 && iteration >= options.first_iterations) break;
   }
   for (const RelativeRotation& r : relative)

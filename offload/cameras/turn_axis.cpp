@@ -8,7 +8,7 @@ namespace gyre {
 
 namespace {
 
-constexpr int rounds = 10;
+constexpr int axis_rounds = 10;
 constexpr double sound_tilt = 0.02;  // radians, and as a share of the distance: what a standing person sways
 constexpr double min_spread = 0.01;  // 1 - (sin(a/2) / (a/2))^2 of a uniform turn by a, here some 20 degrees
 
@@ -44,7 +44,7 @@ std::optional<TurnAxis> turn_axis(std::span<const Pose> cam_from_subject) {
   if (cam_from_subject.size() < 3) return std::nullopt;
   std::vector<double> weights(cam_from_subject.size(), 1.0);
   TurnAxis axis;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < axis_rounds; ++round) {
     const Moments m = moments_of(cam_from_subject, weights);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(m.normal);
     if (eigen.eigenvalues()[1] < min_spread) return std::nullopt;

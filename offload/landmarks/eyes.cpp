@@ -2,6 +2,7 @@
 #include "offload/landmarks/eyes.h"
 
 #include "offload/landmarks/skin.h"
+#include "offload/landmarks/squared.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,10 +14,6 @@ namespace gyre {
 namespace {
 
 using Eigen::Vector2d;
-
-double squared(double x) {
-  return x * x;
-}
 
 float sample(const FaceMap& map, const cv::Mat& picture, const Vector2d& place) {
   const cv::Point2d at = map.pixel(place);

@@ -10,15 +10,15 @@ namespace gyre {
 
 namespace {
 
-struct Candidate {
+struct RankedView {
   int view = 0;
   double score = 0.0;
   double resolution = 0.0;
 };
 
 // How well the views show the face, the best first; sharpness is looked at later.
-std::vector<Candidate> rank_views(const Subject& subject, const FaceFrame& frame, const FaceViewRange& range) {
-  std::vector<Candidate> ranked;
+std::vector<RankedView> rank_views(const Subject& subject, const FaceFrame& frame, const FaceViewRange& range) {
+  std::vector<RankedView> ranked;
   const Eigen::Isometry3d face_from_world = frame.world_from_face.inverse();
   const Eigen::Vector3d middle(0, 0.02, -0.03);
   for (std::size_t i = 0; i < subject.views.size(); ++i) {
@@ -39,7 +39,7 @@ std::vector<Candidate> rank_views(const Subject& subject, const FaceFrame& frame
     const double frontality = std::exp(-0.5 * (std::pow(yaw / 0.3, 2) + std::pow((pitch - range.best_pitch) / 0.3, 2)));
     ranked.push_back({static_cast<int>(i), resolution * frontality, resolution});
   }
-  std::sort(ranked.begin(), ranked.end(), [](const Candidate& a, const Candidate& b) {
+  std::sort(ranked.begin(), ranked.end(), [](const RankedView& a, const RankedView& b) {
     return std::pair(-a.score, a.view) < std::pair(-b.score, b.view);
   });
   return ranked;
@@ -83,14 +83,14 @@ FaceMap make_face_map(const Subject& subject, const FaceFrame& frame, const std:
   if (cv::countNonZero(known) < columns * rows / 4) return map;
 
   struct Shown {
-    Candidate candidate;
+    RankedView candidate;
     cv::Mat picture;
     double sharp = 0;
   };
   std::vector<Shown> shown;
-  std::vector<Candidate> ranked = rank_views(subject, frame, range);
+  std::vector<RankedView> ranked = rank_views(subject, frame, range);
   if (ranked.size() > static_cast<std::size_t>(2 * range.count)) ranked.resize(2 * range.count);
-  for (const Candidate& candidate : ranked) {
+  for (const RankedView& candidate : ranked) {
     if (candidate.score < 0.2 * ranked.front().score) break;
     const LandmarkView& view = subject.views[candidate.view];
     const cv::Mat picture = cv::imread(view.picture.string(), cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);

@@ -9,7 +9,7 @@ namespace gyre {
 
 namespace {
 
-constexpr std::size_t fewest = 20;  // nodes that make a foot or a shin
+constexpr std::size_t fewest_of_leg = 20;  // nodes that make a foot or a shin
 
 // The widest gap between sorted values inside (-limit, limit): its middle and its width.
 std::pair<double, double> widest_gap(std::vector<double> values, double limit) {
@@ -39,7 +39,7 @@ std::optional<Foot> measure_foot(const Figure& figure, int side) {
   const SurfaceGraph& graph = figure.graph;
   Foot foot;
   foot.nodes = leg_nodes(figure, side, -0.02, 0.05);
-  if (foot.nodes.size() < fewest) return std::nullopt;
+  if (foot.nodes.size() < fewest_of_leg) return std::nullopt;
   for (const int i : foot.nodes) foot.centre += graph.nodes[i] / static_cast<double>(foot.nodes.size());
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
   for (const int i : foot.nodes) {
@@ -62,7 +62,7 @@ std::optional<Foot> measure_foot(const Figure& figure, int side) {
   std::vector<double> shin;
   for (const int i : leg_nodes(figure, side, 0.075, 0.15))
     shin.push_back((graph.nodes[i] - foot.centre).dot(foot.axis));
-  if (shin.size() >= fewest)
+  if (shin.size() >= fewest_of_leg)
     foot.shin_offset = -0.5 * (quantile_of(shin, 0.03) + quantile_of(shin, 0.97)) / foot.length;
   double rear_top = 0, front_top = 0;
   for (const int i : leg_nodes(figure, side, -0.02, 0.12)) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/landmarks/limb.h"
 
+#include "offload/landmarks/squared.h"
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
@@ -11,7 +13,7 @@ namespace gyre {
 
 namespace {
 
-constexpr std::size_t fewest = 12;  // nodes that make an arm
+constexpr std::size_t fewest_of_arm = 12;  // nodes that make an arm
 
 // Nodes of the trunk that distances are measured from.
 std::vector<int> trunk_nodes(const Figure& figure) {
@@ -23,7 +25,7 @@ std::vector<int> trunk_nodes(const Figure& figure) {
       if (level > 0.60 - margin && level < 0.66 + margin && std::abs(figure.outward(p, 0)) < 0.07 * figure.height)
         trunk.push_back(static_cast<int>(i));
     }
-    if (trunk.size() >= fewest) break;
+    if (trunk.size() >= fewest_of_arm) break;
   }
   return trunk;
 }
@@ -122,16 +124,12 @@ std::optional<Along> weigh(const std::vector<std::pair<double, double>>& candida
   return Along{mean, std::sqrt(std::max(square / sum - mean * mean, 1e-6))};
 }
 
-double squared(double x) {
-  return x * x;
-}
-
 }  // namespace
 
 tl::expected<Arm, std::string> trace_arm(const Figure& figure, int side) {
   const SurfaceGraph& graph = figure.graph;
   const std::vector<int> trunk = trunk_nodes(figure);
-  if (trunk.size() < fewest) return tl::unexpected(std::string("the cloud has no trunk to start from"));
+  if (trunk.size() < fewest_of_arm) return tl::unexpected(std::string("the cloud has no trunk to start from"));
   const std::vector<double> distance = geodesic_distances(graph, trunk, figure.height);
   std::vector<std::pair<double, int>> outside;
   for (std::size_t i = 0; i < graph.size(); ++i) {
@@ -141,7 +139,8 @@ tl::expected<Arm, std::string> trace_arm(const Figure& figure, int side) {
         std::isfinite(distance[i]))
       outside.emplace_back(distance[i], static_cast<int>(i));
   }
-  if (outside.size() < fewest) return tl::unexpected(std::string("no arm stands out from the trunk on this side"));
+  if (outside.size() < fewest_of_arm)
+    return tl::unexpected(std::string("no arm stands out from the trunk on this side"));
   Arm arm;
   arm.fingertip = mean_of_farthest(graph, outside, 3);
   const auto [farthest, tip] = outside.front();

@@ -3,6 +3,7 @@
 
 #include "offload/landmarks/figure.h"
 #include "offload/landmarks/skin.h"
+#include "offload/landmarks/squared.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,10 +16,6 @@ namespace gyre {
 namespace {
 
 using Eigen::Vector2d;
-
-double squared(double x) {
-  return x * x;
-}
 
 int cells(double metres) {
   return static_cast<int>(std::lround(metres / FaceMap::cell));

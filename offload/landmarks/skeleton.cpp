@@ -10,21 +10,22 @@ namespace gyre {
 
 namespace {
 
-constexpr double seen = 0.3;  // confidence of a keypoint that counts
+constexpr double least_confidence = 0.3;  // confidence of a keypoint that counts
 
 const Keypoint& at(const Skeleton& skeleton, int index) {
   return skeleton.keypoints[index];
 }
 
 bool all_seen(const Skeleton& skeleton, std::initializer_list<int> indices) {
-  return std::all_of(indices.begin(), indices.end(), [&](int i) { return at(skeleton, i).confidence >= seen; });
+  return std::all_of(indices.begin(), indices.end(),
+                     [&](int i) { return at(skeleton, i).confidence >= least_confidence; });
 }
 
 // Height of the skeleton in its picture.
 double size_of(const Skeleton& skeleton) {
   double low = 1e9, high = -1e9;
   for (const Keypoint& k : skeleton.keypoints) {
-    if (k.confidence < seen) continue;
+    if (k.confidence < least_confidence) continue;
     low = std::min(low, k.pixel.y());
     high = std::max(high, k.pixel.y());
   }
@@ -58,7 +59,8 @@ std::optional<double> dorsal(const Skeleton& skeleton, const KeypointLayout& lay
   if (left.pixel.x() >= right.pixel.x()) return std::nullopt;
   for (int side = 0; side < 2; ++side) {
     const Keypoint& toe = at(skeleton, layout.toe[side]);
-    if (toe.confidence >= seen && toe.pixel.y() > at(skeleton, layout.heel[side]).pixel.y()) return std::nullopt;
+    if (toe.confidence >= least_confidence && toe.pixel.y() > at(skeleton, layout.heel[side]).pixel.y())
+      return std::nullopt;
   }
   const double unequal = std::abs(left.pixel.y() - right.pixel.y()) / size_of(skeleton);
   if (unequal > 0.03) return std::nullopt;
@@ -69,7 +71,7 @@ std::optional<double> frontal(const Skeleton& skeleton, const KeypointLayout& la
   const auto face = [&](int i) -> const Keypoint& { return at(skeleton, layout.face + i); };
   double confidence = 0;
   for (int i = 0; i < 68; ++i) confidence += face(i).confidence / 68;
-  if (confidence < seen) return std::nullopt;
+  if (confidence < least_confidence) return std::nullopt;
   // Symmetry of the outline and the corners of the eyes about the line through nose and chin.
   double unequal = 0;
   for (const auto& [right, left] : {std::pair{0, 16}, {2, 14}, {4, 12}, {36, 45}, {39, 42}, {48, 54}}) {

@@ -18,19 +18,30 @@ BodyState random_state(const BodyTemplate& body, std::uint64_t seed) {
     r = 0.3 * Eigen::Vector3d(uniform(random), uniform(random), uniform(random));
   state.pose.rotations[0].y() = 2.0;
   for (Eigen::Index s = 0; s < state.shape.size(); ++s) state.shape[s] = uniform(random);
+  state.head = Eigen::VectorXd::Constant(1, 0.7);
+  state.expression = Eigen::Vector2d(0, 0.4);
   return state;
 }
 
 TEST(BodyJacobian, AgreesWithDifferences) {
-  const BodyTemplate body = built_in_template();
+  BodyTemplate body = built_in_template();
+  std::vector<int> vertices;
+  for (std::size_t v = 5; v < body.skin.size(); v += body.skin.size() / 12) vertices.push_back(static_cast<int>(v));
+  // A head shape and an expression that move joints' vertices and the tested ones.
+  Morph morph{"morph", vertices, {}};
+  for (const auto& [vertex, weight] : body.joints[body.joint_index("head")].regressor)
+    if (std::find(morph.vertices.begin(), morph.vertices.end(), vertex) == morph.vertices.end())
+      morph.vertices.push_back(vertex);
+  for (std::size_t i = 0; i < morph.vertices.size(); ++i)
+    morph.offsets.emplace_back(0.01F * static_cast<float>(i % 5), -0.02F, 0.01F);
+  body.head_shapes = {morph};
+  body.expressions = {morph, morph};
   const BodyState state = random_state(body, 3);
   const PosedBody posed = evaluate(body, state);
   std::vector<int> joints(body.joints.size());
   std::iota(joints.begin(), joints.end(), 0);
-  BodyJacobian jacobian(body, joints, static_cast<int>(body.shapes.size()));
+  BodyJacobian jacobian(body, joints, static_cast<int>(body.shapes.size()), 1, {1});
   jacobian.linearise(state, posed);
-  std::vector<int> vertices;
-  for (std::size_t v = 5; v < body.skin.size(); v += body.skin.size() / 12) vertices.push_back(static_cast<int>(v));
   std::vector<Eigen::Matrix3Xd> analytic(vertices.size(), Eigen::Matrix3Xd::Zero(3, jacobian.parameters()));
   for (std::size_t i = 0; i < vertices.size(); ++i) jacobian.add_vertex(vertices[i], 1.0, analytic[i]);
   constexpr double h = 1e-5;

@@ -60,7 +60,8 @@ const std::vector<std::pair<std::string, std::string>>& sample() {
       {"bytes.npy", npy("|u1", "(3,)", "abc")},
       {"index.npy", npy("<u2", "(2,)", little(7, 2) + little(65535, 2))},
       {"delta.npy", npy("<i2", "(2,)", little(0xFFFF, 2) + little(300, 2))},
-      {"start.npy", npy("<i4", "(1,)", little(100000, 4))}};
+      {"start.npy", npy("<i4", "(1,)", little(100000, 4))},
+      {"table.npy", npy("<f4", "(2, 1)", little(0x3FC00000, 4) + little(0xC0000000, 4))}};
   return members;
 }
 
@@ -75,10 +76,11 @@ TEST(Npz, ReadsStoredAndDeflatedArrays) {
   for (const bool deflate : {false, true}) {
     const auto arrays = read(zip(sample(), deflate));
     ASSERT_TRUE(arrays) << arrays.error().message();
-    EXPECT_EQ(arrays->at("bytes"), (std::vector<std::int32_t>{'a', 'b', 'c'}));
-    EXPECT_EQ(arrays->at("index"), (std::vector<std::int32_t>{7, 65535}));
-    EXPECT_EQ(arrays->at("delta"), (std::vector<std::int32_t>{-1, 300}));
-    EXPECT_EQ(arrays->at("start"), (std::vector<std::int32_t>{100000}));
+    EXPECT_EQ(arrays->integers.at("bytes"), (std::vector<std::int32_t>{'a', 'b', 'c'}));
+    EXPECT_EQ(arrays->integers.at("index"), (std::vector<std::int32_t>{7, 65535}));
+    EXPECT_EQ(arrays->integers.at("delta"), (std::vector<std::int32_t>{-1, 300}));
+    EXPECT_EQ(arrays->integers.at("start"), (std::vector<std::int32_t>{100000}));
+    EXPECT_EQ(arrays->reals.at("table"), (std::vector<float>{1.5F, -2.0F}));
   }
 }
 
@@ -87,7 +89,9 @@ TEST(Npz, RefusesWhatItCannotRead) {
   EXPECT_FALSE(read("not an archive"));
   EXPECT_FALSE(read(zip({{"a.npy", npy("<f8", "(1,)", little(0, 8))}}, true)));
   EXPECT_FALSE(read(zip({{"a.npy", npy("|u1", "(4,)", "abc")}}, true)));
-  EXPECT_FALSE(read(zip({{"a.npy", npy("|u1", "(1, 3)", "abc")}}, true)));
+  EXPECT_FALSE(read(zip({{"a.npy", npy("|u1", "(2, 3)", "abc")}}, true)));
+  EXPECT_FALSE(read(zip({{"a.npy", npy("|u1", "()", "")}}, true)));
+  EXPECT_FALSE(read(zip({{"a.npy", npy("|u1", "(99999999999, 99999999999)", "abc")}}, true)));
   EXPECT_FALSE(read(zip({{"a.txt", "hello"}}, true)));
 }
 

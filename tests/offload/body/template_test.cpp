@@ -2,7 +2,9 @@
 // The human template's evaluation, and the built-in human.
 #include "offload/body/template.h"
 
+#include "offload/body/expression_check.h"
 #include "offload/body/humanoid.h"
+#include "offload/body/landmark_set.h"
 #include "offload/body/template_check.h"
 
 #include <gtest/gtest.h>
@@ -142,6 +144,50 @@ TEST(Check, FindsWhatIsBroken) {
   EXPECT_NE(all.find("outside [0, 1]"), std::string::npos) << all;
 }
 
+std::string faults_of(const BodyTemplate& body) {
+  std::string all;
+  for (const std::string& fault : expression_faults(body)) all += fault + "\n";
+  return all;
+}
+
+// A face of four landmarks above a chin, and the expressions that move them.
+TEST(Check, ExpressionsMustDoWhatTheirNamesSay) {
+  BodyTemplate body;
+  body.mesh.vertices = {{0.03, 1.61, 0.1}, {0.03, 1.60, 0.1}, {0.025, 1.53, 0.1}, {-0.025, 1.53, 0.1}, {0, 1.48, 0.1}};
+  body.landmarks = {
+      {"leftUpperLid", 0}, {"leftLowerLid", 1}, {"leftMouthCorner", 2}, {"rightMouthCorner", 3}, {"chin", 4}};
+  const auto only = [&](const Morph& morph) {
+    body.expressions = {morph};
+    const std::string all = faults_of(body);
+    return all.substr(0, all.find("no expression"));
+  };
+  EXPECT_EQ(only({"eyeBlinkLeft", {0, 1}, {{0, -0.008F, 0}, {0, 0.001F, 0}}}), "");
+  EXPECT_NE(only({"eyeBlinkLeft", {0}, {{0, -0.004F, 0}}}).find("eyeBlinkLeft changes the distance"),
+            std::string::npos);
+  EXPECT_NE(only({"eyeBlinkRight", {0, 1}, {{0, -0.008F, 0}, {0, 0.001F, 0}}}).find("other side"), std::string::npos);
+  EXPECT_EQ(only({"jawOpen", {4}, {{0, -0.03F, 0}}}), "");
+  EXPECT_NE(only({"jawOpen", {4}, {{0, 0.03F, 0}}}).find("chin"), std::string::npos);
+  EXPECT_EQ(only({"jawLeft", {4}, {{0.01F, 0, 0}}}), "");
+  EXPECT_NE(only({"jawRight", {4}, {{0.01F, 0, 0}}}).find("chin"), std::string::npos);
+  EXPECT_EQ(only({"mouthStretchRight", {3}, {{-0.01F, 0, 0}}}), "");
+  EXPECT_NE(only({"mouthStretchRight", {3}, {{0.01F, 0, 0}}}).find("rightMouthCorner"), std::string::npos);
+  EXPECT_EQ(only({"mouthPucker", {2, 3}, {{-0.005F, 0, 0}, {0.005F, 0, 0}}}), "");
+  EXPECT_NE(only({"mouthPucker", {2, 3}, {{0.005F, 0, 0}, {-0.005F, 0, 0}}}).find("narrow"), std::string::npos);
+  EXPECT_NE(only({"browInnerUp", {0}, {{0, -0.01F, 0}}}).find("wrong way"), std::string::npos);
+  EXPECT_NE(only({"smirk", {0}, {{0, 0.01F, 0}}}).find("unknown expression smirk"), std::string::npos);
+  EXPECT_NE(only({"cheekPuff", {}, {}}).find("moves nothing"), std::string::npos);
+  EXPECT_EQ(only({"viseme_sil", {}, {}}), "");
+  body.expressions.clear();
+  EXPECT_NE(faults_of(body).find("no expression viseme_aa"), std::string::npos);
+}
+
+TEST(Check, SaysThatTheBuiltInHumanHasNoFace) {
+  const auto findings = check_template(human());
+  EXPECT_TRUE(std::any_of(findings.begin(), findings.end(), [](const TemplateFinding& finding) {
+    return !finding.is_error && finding.what.find("no face rig") != std::string::npos;
+  }));
+}
+
 TEST(Check, WindingNumberTellsInsideFromOutside) {
   const auto& mesh = human().mesh;
   EXPECT_NEAR(winding_number(mesh.vertices, mesh.triangles, {0, 1.1, 0}), 1, 1e-6);
@@ -156,6 +202,10 @@ TEST(Humanoid, HasTheBonesOfVrmAndTheExpressionsOfArkit) {
   EXPECT_EQ(mirrored_name("leftHand"), "rightHand");
   EXPECT_EQ(mirrored_name("eyeBlinkRight"), "eyeBlinkLeft");
   EXPECT_EQ(mirrored_name("jaw"), "jaw");
+  EXPECT_EQ(std::set(oculus_visemes().begin(), oculus_visemes().end()).size(), 15U);
+  EXPECT_EQ(landmark_names().size(), 55U);
+  for (const auto& [name, vertex] : human().landmarks)
+    EXPECT_EQ(std::count(landmark_names().begin(), landmark_names().end(), name), 1) << name;
 }
 
 }  // namespace
