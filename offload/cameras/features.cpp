@@ -39,14 +39,18 @@ Features detect_features(const cv::Mat& picture, const FeatureOptions& options) 
   std::vector<cv::KeyPoint> found;
   const auto sift =
       cv::SIFT::create(options.max_features, 3, options.contrast_threshold, options.edge_threshold, 1.6, CV_32F);
-  sift->detect(grey, found);
-  std::sort(found.begin(), found.end(), comes_first);
   cv::Mat raw;
-  if (!found.empty()) sift->compute(grey, found, raw);
+  // In one call, because two would build the pyramid twice.
+  sift->detectAndCompute(grey, cv::noArray(), found, raw);
+  std::vector<int> order(found.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    return comes_first(found[static_cast<std::size_t>(a)], found[static_cast<std::size_t>(b)]);
+  });
 
   std::map<std::pair<float, float>, int> at_place;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    const cv::KeyPoint& keypoint = found[i];
+  for (const int i : order) {
+    const cv::KeyPoint& keypoint = found[static_cast<std::size_t>(i)];
     const auto [place, is_new] =
         at_place.try_emplace({keypoint.pt.x, keypoint.pt.y}, static_cast<int>(features.keypoints.size()));
     if (is_new) {
@@ -57,7 +61,7 @@ Features detect_features(const cv::Mat& picture, const FeatureOptions& options) 
       features.colours.push_back({bgr[2], bgr[1], bgr[0]});
     }
     features.keypoint_of.push_back(place->second);
-    features.descriptors.push_back(root_sift(raw.ptr<float>(static_cast<int>(i))));
+    features.descriptors.push_back(root_sift(raw.ptr<float>(i)));
   }
   return features;
 }

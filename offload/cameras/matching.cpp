@@ -19,11 +19,11 @@ namespace {
 constexpr std::size_t rows_at_once = 4;
 constexpr std::size_t columns_at_once = 256;
 
-// Dot products of four descriptors with `count` others; out[4 * column + row].
+// Dot products of four descriptors with `count` others; out[columns_at_once * row + column].
 GYRE_VECTOR_CLONES
 void dot_products(const std::int16_t* a0, const std::int16_t* a1, const std::int16_t* a2, const std::int16_t* a3,
                   const std::int16_t* b, std::size_t count, std::int32_t* out) {
-  for (std::size_t column = 0; column < count; ++column, b += 128, out += 4) {
+  for (std::size_t column = 0; column < count; ++column, b += 128, ++out) {
     std::int32_t s0 = 0, s1 = 0, s2 = 0, s3 = 0;
     for (int i = 0; i < 128; ++i) {
       s0 += a0[i] * b[i];
@@ -32,38 +32,66 @@ void dot_products(const std::int16_t* a0, const std::int16_t* a1, const std::int
       s3 += a3[i] * b[i];
     }
     out[0] = s0;
-    out[1] = s1;
-    out[2] = s2;
-    out[3] = s3;
+    out[columns_at_once] = s1;
+    out[2 * columns_at_once] = s2;
+    out[3 * columns_at_once] = s3;
   }
 }
 
+// The two largest dot products of each of several descriptors, in arrays that a vector of them can be read from.
 struct BestTwo {
-  std::int32_t best = std::numeric_limits<std::int32_t>::min();  // largest dot product
-  std::int32_t second = std::numeric_limits<std::int32_t>::min();
-  int index = -1;
+  explicit BestTwo(std::size_t size) : best(size, none), second(size, none), index(size, -1) {}
 
-  void offer(std::int32_t dot, int candidate) {
-    if (dot > best) {
-      second = best;
-      best = dot;
-      index = candidate;
-    } else if (dot > second) {
-      second = dot;
+  void offer(std::size_t of, std::int32_t dot, std::size_t candidate) {
+    if (dot > best[of]) {
+      second[of] = best[of];
+      best[of] = dot;
+      index[of] = static_cast<int>(candidate);
+    } else if (dot > second[of]) {
+      second[of] = dot;
     }
   }
+
+  static constexpr std::int32_t none = std::numeric_limits<std::int32_t>::min();
+  std::vector<std::int32_t> best, second;
+  std::vector<int> index;
 };
+
+// Offers the dot products of row `row` with the columns from `column` on, to both.
+GYRE_VECTOR_CLONES
+void offer_row(const std::int32_t* dots, std::size_t columns, std::size_t row, std::size_t column, BestTwo& in_b,
+               BestTwo& in_a) {
+  constexpr std::size_t at_once = 8;
+  const std::int32_t* second_in_column = &in_a.second[column];
+  for (std::size_t j = 0; j < columns; j += at_once) {
+    const std::size_t end = std::min(j + at_once, columns);
+    if (end - j == at_once) {
+      // Soon after the start hardly any is better than what is known.
+      const std::int32_t second_in_row = in_b.second[row];
+      std::int32_t any = 0;
+      for (std::size_t k = 0; k < at_once; ++k) {
+        any |= static_cast<std::int32_t>(dots[j + k] > second_in_row) |
+               static_cast<std::int32_t>(dots[j + k] > second_in_column[j + k]);
+      }
+      if (any == 0) continue;
+    }
+    for (std::size_t k = j; k < end; ++k) {
+      in_b.offer(row, dots[k], column + k);
+      in_a.offer(column + k, dots[k], row);
+    }
+  }
+}
 
 double squared_distance(std::int32_t dot) {
   constexpr double norm2 = static_cast<double>(descriptor_norm) * descriptor_norm;
   return std::max(0.0, 2.0 - 2.0 * dot / norm2);
 }
 
-bool is_distinct(const BestTwo& nearest, const MatchOptions& options) {
-  const double best = squared_distance(nearest.best);
+bool is_distinct(const BestTwo& nearest, std::size_t of, const MatchOptions& options) {
+  const double best = squared_distance(nearest.best[of]);
   if (best > options.max_distance * options.max_distance) return false;
-  if (nearest.second == std::numeric_limits<std::int32_t>::min()) return true;
-  return best < options.max_ratio * options.max_ratio * squared_distance(nearest.second);
+  if (nearest.second[of] == BestTwo::none) return true;
+  return best < options.max_ratio * options.max_ratio * squared_distance(nearest.second[of]);
 }
 
 }  // namespace
@@ -71,7 +99,7 @@ bool is_distinct(const BestTwo& nearest, const MatchOptions& options) {
 std::vector<Match> match_descriptors(std::span<const Descriptor> a, std::span<const Descriptor> b,
                                      const MatchOptions& options) {
   if (a.empty() || b.empty()) return {};
-  std::vector<BestTwo> in_b(a.size()), in_a(b.size());
+  BestTwo in_b(a.size()), in_a(b.size());
   std::array<std::int32_t, rows_at_once * columns_at_once> dots;
   for (std::size_t column = 0; column < b.size(); column += columns_at_once) {
     const std::size_t columns = std::min(columns_at_once, b.size() - column);
@@ -79,23 +107,16 @@ std::vector<Match> match_descriptors(std::span<const Descriptor> a, std::span<co
       const std::size_t rows = std::min(rows_at_once, a.size() - row);
       const auto row_data = [&](std::size_t i) { return a[row + std::min(i, rows - 1)].data(); };
       dot_products(row_data(0), row_data(1), row_data(2), row_data(3), b[column].data(), columns, dots.data());
-      for (std::size_t i = 0; i < rows; ++i) {
-        BestTwo nearest = in_b[row + i];
-        for (std::size_t j = 0; j < columns; ++j) {
-          const std::int32_t dot = dots[rows_at_once * j + i];
-          nearest.offer(dot, static_cast<int>(column + j));
-          in_a[column + j].offer(dot, static_cast<int>(row + i));
-        }
-        in_b[row + i] = nearest;
-      }
+      for (std::size_t i = 0; i < rows; ++i)
+        offer_row(&dots[columns_at_once * i], columns, row + i, column, in_b, in_a);
     }
   }
   std::vector<Match> matches;
   for (std::size_t i = 0; i < a.size(); ++i) {
-    const int j = in_b[i].index;
-    if (in_a[static_cast<std::size_t>(j)].index != static_cast<int>(i)) continue;
-    if (is_distinct(in_b[i], options) && is_distinct(in_a[static_cast<std::size_t>(j)], options))
-      matches.push_back({static_cast<int>(i), j});
+    const auto j = static_cast<std::size_t>(in_b.index[i]);
+    if (in_a.index[j] != static_cast<int>(i)) continue;
+    if (is_distinct(in_b, i, options) && is_distinct(in_a, j, options))
+      matches.push_back({static_cast<int>(i), static_cast<int>(j)});
   }
   return matches;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/rotation_averaging.h"
 
+#include "common/geometry/pose.h"
+
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <limits>
