@@ -11,10 +11,6 @@ namespace gyre {
 
 namespace {
 
-double trust(BodyRegion region, double hand_weight) {
-  return region == BodyRegion::left_hand || region == BodyRegion::right_hand ? hand_weight : 1.0;
-}
-
 double stiffness_of(BodyRegion region, const NonrigidFitOptions& options) {
   switch (region) {
     case BodyRegion::left_hand:
@@ -31,31 +27,43 @@ double stiffness_of(BodyRegion region, const NonrigidFitOptions& options) {
   }
 }
 
-// Per template vertex: whether it lies around an eyeball.
-std::vector<bool> around_eyes(const BodyTemplate& body) {
-  constexpr double reach = 0.012;  // metres
-  std::vector<bool> around(body.mesh.vertices.size(), false);
+// Distance of each template vertex of the face to the nearest eyeball, metres; infinite elsewhere.
+std::vector<double> distances_to_eyes(const BodyTemplate& body) {
+  std::vector<double> distances(body.mesh.vertices.size(), std::numeric_limits<double>::infinity());
   for (const char* name : {"leftEye", "rightEye"}) {
     const TemplatePart* eye = body.part(name);
     if (eye == nullptr) continue;
-    for (std::size_t v = 0; v < around.size(); ++v) {
+    for (std::size_t v = 0; v < distances.size(); ++v) {
       if (body.regions[v] != BodyRegion::face && body.regions[v] != BodyRegion::inner) continue;
-      for (int e = eye->first_vertex; e < eye->first_vertex + eye->vertex_count && !around[v]; ++e)
-        around[v] = (body.mesh.vertices[v] - body.mesh.vertices[e]).squaredNorm() < reach * reach;
+      for (int e = eye->first_vertex; e < eye->first_vertex + eye->vertex_count; ++e)
+        distances[v] = std::min(distances[v], (body.mesh.vertices[v] - body.mesh.vertices[e]).norm());
     }
   }
-  return around;
+  return distances;
+}
+
+// How much each vertex follows the cloud. A cloud's noise is larger than the thickness of a lid, and what it shows
+// there may be lashes or a wisp of hair: the lids follow what is around them and the landmarks.
+std::vector<double> trust_of(const BodyTemplate& body, const std::vector<double>& to_eyes,
+                             const NonrigidFitOptions& options) {
+  std::vector<double> trust(body.mesh.vertices.size(), 1.0);
+  for (std::size_t v = 0; v < trust.size(); ++v) {
+    if (body.regions[v] == BodyRegion::left_hand || body.regions[v] == BodyRegion::right_hand)
+      trust[v] = options.hand_weight;
+    trust[v] *= std::clamp(to_eyes[v] / options.lid_reach - 1.0, 0.0, 1.0);
+  }
+  return trust;
 }
 
 // Far pairs count less. Matches come with the confidence of their points, or of those around their vertex.
-void weigh(std::vector<Match>& matches, const BodyTemplate& body, const std::vector<Eigen::Vector3d>& x, double radius,
-           double hand_weight) {
+void weigh(std::vector<Match>& matches, const std::vector<double>& trust, const std::vector<Eigen::Vector3d>& x,
+           double radius) {
   for (Match& m : matches) {
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
     double trusted = 0.0;
     for (int k = 0; k < 3; ++k) {
       at += m.weights[k] * x[m.corners[k]];
-      trusted += m.weights[k] * trust(body.regions[m.corners[k]], hand_weight);
+      trusted += m.weights[k] * trust[m.corners[k]];
     }
     const double ratio = radius * radius / (radius * radius + 4.0 * (at - m.target).squaredNorm());
     m.weight *= trusted * ratio * ratio;
@@ -98,6 +106,8 @@ class Descent {
         part_(body.part("body")),
         count_(part_ ? part_->vertex_count : start.size()),
         cloud_(std::move(points)),
+        to_eyes_(distances_to_eyes(body)),
+        trust_(trust_of(body, to_eyes_, options)),
         start_(start),
         x_(start),
         area_(areas()),
@@ -126,9 +136,10 @@ class Descent {
     // Both directions give a vertex its area each.
     for (const Match& m : matches_)
       for (int k = 0; k < 3; ++k) support[m.corners[k]] += 0.5 * m.weight * m.weights[k];
-    for (std::size_t v = 0; v < support.size(); ++v)
-      support[v] =
-          area_[v] > 0 ? std::min(1.0, support[v] / (area_[v] * trust(body_.regions[v], options_.hand_weight))) : 0.0;
+    for (std::size_t v = 0; v < support.size(); ++v) {
+      const double complete = area_[v] * trust_[v];
+      support[v] = complete > 0 ? std::min(1.0, support[v] / complete) : 0.0;
+    }
     return support;
   }
 
@@ -149,9 +160,9 @@ class Descent {
 
   EdgeLaplacian make_energy(const std::vector<Eigen::Vector3d>& reference) const {
     std::vector<double> stiffness;
-    const std::vector<bool> lids = around_eyes(body_);
     for (std::size_t v = 0; v < count_; ++v)
-      stiffness.push_back(lids[v] ? options_.lid_stiffness : stiffness_of(body_.regions[v], options_));
+      stiffness.push_back(to_eyes_[v] < 2.0 * options_.lid_reach ? options_.lid_stiffness
+                                                                 : stiffness_of(body_.regions[v], options_));
     const std::size_t triangles = part_ ? part_->triangle_count : body_.mesh.triangles.size();
     return EdgeLaplacian({reference.begin(), reference.begin() + static_cast<std::ptrdiff_t>(count_)},
                          {body_.mesh.triangles.data(), triangles}, options_.membrane, stiffness);
@@ -168,7 +179,7 @@ class Descent {
         match_vertices(outer_.vertices, surface, cloud_, gate, options_.max_slide, options_.threads);
     for (Match& m : from_vertices) m.weight *= area_[m.corners[0]];
     matches_.insert(matches_.end(), from_vertices.begin(), from_vertices.end());
-    weigh(matches_, body_, x_, radius, options_.hand_weight);
+    weigh(matches_, trust_, x_, radius);
   }
 
   bool factorise(const std::vector<double>& weights, double stiffness, double landmark_share) {
@@ -217,6 +228,7 @@ class Descent {
   const TemplatePart* part_;
   std::size_t count_;  // vertices of the body part
   PointIndex cloud_;
+  std::vector<double> to_eyes_, trust_;
   const std::vector<Eigen::Vector3d>& start_;
   std::vector<Eigen::Vector3d> x_;
   std::vector<double> area_;

@@ -32,7 +32,8 @@ struct NonrigidFitOptions {
   double hand_stiffness = 30.0;
   double foot_stiffness = 10.0;
   double head_stiffness = 3.0;  // and face
-  double lid_stiffness = 30.0;  // around the eyeballs, so that the lids keep lying on them
+  double lid_stiffness = 30.0;  // up to twice lid_reach
+  double lid_reach = 0.006;     // metres from the eyeballs where the cloud counts nothing; from twice that fully
   int threads = 0;
 };
 

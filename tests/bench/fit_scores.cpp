@@ -57,12 +57,14 @@ Eigen::Vector3d middle_of(const TemplatePart& part, const std::vector<Eigen::Vec
   return sum / part.vertex_count;
 }
 
+constexpr std::array<double, 4> all_round = {0.3, 0.3 + 0.5 * std::numbers::pi, 0.3 + std::numbers::pi,
+                                             0.3 + 1.5 * std::numbers::pi};
+
 void write_sheet(const TriangleMesh& mesh, const Eigen::Vector3d& at, double distance, double above,
-                 const std::filesystem::path& file) {
+                 const std::array<double, 4>& azimuths, const std::filesystem::path& file) {
   const Camera camera = Camera::from_fov(600, 600, 0.5);
   cv::Mat sheet;
-  for (int i = 0; i < 4; ++i) {
-    const double angle = 2 * std::numbers::pi * i / 4 + 0.3;
+  for (const double angle : azimuths) {
     const Eigen::Vector3d eye = at + distance * Eigen::Vector3d(std::sin(angle), above, std::cos(angle)).normalized();
     const cv::Mat view = render(mesh, {}, camera, look_at(eye, at));
     if (sheet.empty()) {
@@ -189,10 +191,13 @@ void write_views(const BodyTemplate& body, const PersonFit& fit, const Eigen::Is
     const int j = body.joint_index(joint);
     return j < 0 ? fallback : truth_from_world * (fit.posed_from_rest[j] * fit.rest_joints[j]);
   };
-  write_sheet(mesh, {0, 0.85, 0}, 4.0, 0.05, folder / (name + "-body.png"));
-  write_sheet(mesh, at("head", {0, 1.5, 0}) + Eigen::Vector3d(0, 0.04, 0), 0.75, 0.1, folder / (name + "-head.png"));
-  write_sheet(mesh, at("leftMiddleProximal", {0.4, 0.9, 0}), 0.5, 0.3, folder / (name + "-hand.png"));
-  write_sheet(mesh, 0.5 * (at("leftFoot", {0, 0, 0}) + at("rightFoot", {0, 0, 0})), 1.0, 0.4,
+  write_sheet(mesh, {0, 0.85, 0}, 4.0, 0.05, all_round, folder / (name + "-body.png"));
+  write_sheet(mesh, at("head", {0, 1.5, 0}) + Eigen::Vector3d(0, 0.04, 0), 0.75, 0.1, all_round,
+              folder / (name + "-head.png"));
+  const Eigen::Vector3d between_eyes = 0.5 * (at("leftEye", {0.03, 1.5, 0}) + at("rightEye", {-0.03, 1.5, 0}));
+  write_sheet(mesh, between_eyes, 0.2, 0.1, {-0.7, -0.25, 0.25, 0.7}, folder / (name + "-face.png"));
+  write_sheet(mesh, at("leftMiddleProximal", {0.4, 0.9, 0}), 0.5, 0.3, all_round, folder / (name + "-hand.png"));
+  write_sheet(mesh, 0.5 * (at("leftFoot", {0, 0, 0}) + at("rightFoot", {0, 0, 0})), 1.0, 0.4, all_round,
               folder / (name + "-feet.png"));
   if (const auto written = write_ply(mesh, folder / (name + ".ply")); !written)
     spdlog::warn("{}", written.error().message());
