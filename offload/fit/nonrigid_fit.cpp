@@ -43,14 +43,14 @@ std::vector<double> distances_to_eyes(const BodyTemplate& body) {
 }
 
 // How much each vertex follows the cloud. A cloud's noise is larger than the thickness of a lid, and what it shows
-// there may be lashes or a wisp of hair: the lids follow what is around them and the landmarks.
+// there may be lashes or a wisp of hair: the lids mostly follow what is around them, and the landmarks.
 std::vector<double> trust_of(const BodyTemplate& body, const std::vector<double>& to_eyes,
                              const NonrigidFitOptions& options) {
   std::vector<double> trust(body.mesh.vertices.size(), 1.0);
   for (std::size_t v = 0; v < trust.size(); ++v) {
     if (body.regions[v] == BodyRegion::left_hand || body.regions[v] == BodyRegion::right_hand)
       trust[v] = options.hand_weight;
-    trust[v] *= std::clamp(to_eyes[v] / options.lid_reach - 1.0, 0.0, 1.0);
+    trust[v] *= std::clamp(to_eyes[v] / options.lid_reach - 1.0, options.lid_weight, 1.0);
   }
   return trust;
 }

@@ -33,7 +33,8 @@ struct NonrigidFitOptions {
   double foot_stiffness = 10.0;
   double head_stiffness = 3.0;  // and face
   double lid_stiffness = 30.0;  // up to twice lid_reach
-  double lid_reach = 0.006;     // metres from the eyeballs where the cloud counts nothing; from twice that fully
+  double lid_weight = 0.15;     // of the cloud within lid_reach of an eyeball, growing to 1 at twice that
+  double lid_reach = 0.006;     // metres
   int threads = 0;
 };
 

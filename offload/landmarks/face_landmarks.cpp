@@ -96,9 +96,16 @@ class FaceFinder {
     for (int side = 0; side < 2; ++side) place(map, part, side, pair->place[side], pair->deviation);
   }
 
-  // The views' rays against the cloud; what the map shows the wrong way is wrong in all of them.
+  // At the depth the pictures agree on; else by the views' rays against the cloud. What the map shows at a wrong place
+  // is wrong in all of them.
   void place(const FaceMap& map, const char* part, int side, const Vector2d& at, double deviation) {
     const std::string name = sided(side, part);
+    if (const auto swept = sweep_depth(subject_, map, at)) {
+      PlacedLandmark mark{name, swept->position, deviation * deviation * Matrix3d::Identity(), "geometric", {}};
+      for (const int view : map.views) mark.views.push_back(subject_.views[view].name);
+      found_.placed.push_back(std::move(mark));
+      return;
+    }
     constexpr double matching = 0.0005;  // metres, of one view against the mean
     auto mark = place_landmark(subject_, detections_of(subject_, map, name, at, matching), "geometric");
     if (!mark) {

@@ -125,12 +125,67 @@ FaceMap make_face_map(const Subject& subject, const FaceFrame& frame, const std:
     cv::multiply(one.picture, gain, one.picture);
     map.views.push_back(one.candidate.view);
     map.pictures.push_back(one.picture);
+    map.weights.push_back(one.candidate.score);
     map.mean += one.picture * one.candidate.score;
     weights += one.candidate.score;
   }
   map.mean /= weights;
   map.resolution = shown.front().candidate.resolution;
   return map;
+}
+
+std::optional<SweptDepth> sweep_depth(const Subject& subject, const FaceMap& map, const Eigen::Vector2d& place) {
+  constexpr int side = 15;  // cells of a patch: 7.5 mm
+  constexpr double limit = 0.006, step = 0.0005;
+  const Eigen::Vector3d on_relief(place.x(), place.y(), map.relief.at(place));
+  if (!on_relief.allFinite() || map.views.size() < 3) return std::nullopt;
+  // A point before the relief appears beside its place, by its offset times the slope of the ray.
+  std::vector<Eigen::Vector2d> slopes;
+  std::vector<cv::Mat> greys;
+  Eigen::Vector2d mean_slope(0, 0);
+  double weights = 0;
+  for (std::size_t i = 0; i < map.views.size(); ++i) {
+    const Eigen::Vector3d centre = map.relief.world_from_relief.inverse() * subject.views[map.views[i]].centre();
+    const Eigen::Vector3d ray = centre - on_relief;
+    slopes.emplace_back(ray.x() / ray.z(), ray.y() / ray.z());
+    mean_slope += map.weights[i] * slopes.back();
+    weights += map.weights[i];
+    cv::Mat grey;
+    cv::cvtColor(map.pictures[i], grey, cv::COLOR_BGR2GRAY);
+    greys.push_back(grey);
+  }
+  mean_slope /= weights;
+  const auto agreement = [&](double offset) {
+    std::vector<cv::Mat> patches;
+    for (std::size_t i = 0; i < greys.size(); ++i) {
+      const cv::Point2d at = map.pixel(place + offset * (mean_slope - slopes[i]));
+      cv::Mat patch;
+      cv::getRectSubPix(greys[i], {side, side}, cv::Point2f(at), patch);
+      cv::Scalar mean, deviation;
+      cv::meanStdDev(patch, mean, deviation);
+      patches.push_back((patch - mean[0]) / std::max(deviation[0], 1.0));
+    }
+    double sum = 0, pairs = 0;
+    for (std::size_t i = 0; i < patches.size(); ++i)
+      for (std::size_t j = i + 1; j < patches.size(); ++j, ++pairs) sum += patches[i].dot(patches[j]) / (side * side);
+    return sum / pairs;
+  };
+  std::vector<double> values;
+  for (double offset = -limit; offset <= limit + 1e-9; offset += step) values.push_back(agreement(offset));
+  const auto best = static_cast<int>(std::max_element(values.begin(), values.end()) - values.begin());
+  constexpr int beside = 3;  // steps: what the peak must stand out against
+  const int last = static_cast<int>(values.size()) - 1;
+  if (best < beside || best > last - beside || values[best] < 0.6 ||
+      values[best] - std::max(values[best - beside], values[best + beside]) < 0.01)
+    return std::nullopt;
+  const double before = values[best - 1], after = values[best + 1], bend = before - 2 * values[best] + after;
+  const double offset = -limit + step * (best + (bend < 0 ? 0.5 * (before - after) / bend : 0.0));
+  SweptDepth swept;
+  swept.offset = offset;
+  swept.position =
+      map.relief.world_from_relief *
+      Eigen::Vector3d(place.x() + offset * mean_slope.x(), place.y() + offset * mean_slope.y(), on_relief.z() + offset);
+  return swept;
 }
 
 std::vector<PixelDetection> detections_of(const Subject& subject, const FaceMap& map, const std::string& name,

@@ -6,17 +6,18 @@
 #include "offload/landmarks/relief.h"
 
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <vector>
 
 namespace gyre {
 
 // Directions the pictures are taken from, in the face's frame, radians.
 struct FaceViewRange {
-  double yaw = 0.6;         // to both sides
+  double yaw = 0.7;         // to both sides
   double low = -0.5;        // from below (negative) ...
   double high = 0.5;        // ... to above
   double best_pitch = 0.0;  // what is preferred
-  int count = 5;            // views at most
+  int count = 9;            // views at most
 };
 
 // Colours over the plane x, y of the face's frame; row 0 is the top, x (the subject's left) grows with the columns.
@@ -27,6 +28,7 @@ struct FaceMap {
   Relief relief;
   std::vector<int> views;         // indices into Subject::views, the best first
   std::vector<cv::Mat> pictures;  // CV_32FC3 BGR 0 ... 255, one a view, exposures levelled
+  std::vector<double> weights;    // of the pictures in the mean
   cv::Mat mean;                   // their weighted mean
   double resolution = 0.0;        // pixels of the best picture per metre
 
@@ -47,5 +49,14 @@ FaceMap make_face_map(const Subject& subject, const FaceFrame& frame, const std:
 // most like the mean, so that the views can be triangulated; a view in which nothing is like it is left out.
 std::vector<PixelDetection> detections_of(const Subject& subject, const FaceMap& map, const std::string& name,
                                           const Eigen::Vector2d& place, double deviation);
+
+// How far in front of the relief (along z, metres, negative: behind) a place of the mean lies, from how the views show
+// it: a plane sweep (Collins, "A space-sweep approach to true multi-image matching", CVPR 1996) over +-6 mm of patches
+// that are small against what dense stereo can resolve. Nothing when the pictures do not agree on one depth.
+struct SweptDepth {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // world
+  double offset = 0.0;                                 // along z from the relief
+};
+std::optional<SweptDepth> sweep_depth(const Subject& subject, const FaceMap& map, const Eigen::Vector2d& place);
 
 }  // namespace gyre
