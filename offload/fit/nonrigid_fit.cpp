@@ -27,30 +27,36 @@ double stiffness_of(BodyRegion region, const NonrigidFitOptions& options) {
   }
 }
 
-// Distance of each template vertex of the face to the nearest eyeball, metres; infinite elsewhere.
-std::vector<double> distances_to_eyes(const BodyTemplate& body) {
-  std::vector<double> distances(body.mesh.vertices.size(), std::numeric_limits<double>::infinity());
-  for (const char* name : {"leftEye", "rightEye"}) {
-    const TemplatePart* eye = body.part(name);
-    if (eye == nullptr) continue;
-    for (std::size_t v = 0; v < distances.size(); ++v) {
-      if (body.regions[v] != BodyRegion::face && body.regions[v] != BodyRegion::inner) continue;
-      for (int e = eye->first_vertex; e < eye->first_vertex + eye->vertex_count; ++e)
-        distances[v] = std::min(distances[v], (body.mesh.vertices[v] - body.mesh.vertices[e]).norm());
-    }
+// Distance of each template vertex of the face to the nearest one that is hidden behind lids, lips or nostrils, metres;
+// infinite elsewhere.
+std::vector<double> distances_to_openings(const BodyTemplate& body, const OuterSurface& outer) {
+  const auto of_face = [&](std::size_t v) {
+    return body.regions[v] == BodyRegion::face || body.regions[v] == BodyRegion::inner;
+  };
+  std::vector<bool> seen(body.mesh.vertices.size(), false);
+  for (const int v : outer.vertices) seen[v] = true;
+  std::vector<int> hidden;
+  for (std::size_t v = 0; v < seen.size(); ++v)
+    if (!seen[v] && of_face(v)) hidden.push_back(static_cast<int>(v));
+  std::vector<double> distances(seen.size(), std::numeric_limits<double>::infinity());
+  for (std::size_t v = 0; v < distances.size(); ++v) {
+    if (!of_face(v)) continue;
+    double least = std::numeric_limits<double>::infinity();
+    for (const int h : hidden) least = std::min(least, (body.mesh.vertices[v] - body.mesh.vertices[h]).squaredNorm());
+    distances[v] = std::sqrt(least);
   }
   return distances;
 }
 
 // How much each vertex follows the cloud. A cloud's noise is larger than the thickness of a lid, and what it shows
-// there may be lashes or a wisp of hair: the lids mostly follow what is around them, and the landmarks.
-std::vector<double> trust_of(const BodyTemplate& body, const std::vector<double>& to_eyes,
+// there may be lashes or a wisp of hair: the edges of openings mostly follow what is around them, and the landmarks.
+std::vector<double> trust_of(const BodyTemplate& body, const std::vector<double>& to_openings,
                              const NonrigidFitOptions& options) {
   std::vector<double> trust(body.mesh.vertices.size(), 1.0);
   for (std::size_t v = 0; v < trust.size(); ++v) {
     if (body.regions[v] == BodyRegion::left_hand || body.regions[v] == BodyRegion::right_hand)
       trust[v] = options.hand_weight;
-    trust[v] *= std::clamp(to_eyes[v] / options.lid_reach - 1.0, options.lid_weight, 1.0);
+    trust[v] *= std::clamp(to_openings[v] / options.opening_reach - 1.0, options.opening_weight, 1.0);
   }
   return trust;
 }
@@ -106,8 +112,8 @@ class Descent {
         part_(body.part("body")),
         count_(part_ ? part_->vertex_count : start.size()),
         cloud_(std::move(points)),
-        to_eyes_(distances_to_eyes(body)),
-        trust_(trust_of(body, to_eyes_, options)),
+        to_openings_(distances_to_openings(body, outer)),
+        trust_(trust_of(body, to_openings_, options)),
         start_(start),
         x_(start),
         area_(areas()),
@@ -161,8 +167,8 @@ class Descent {
   EdgeLaplacian make_energy(const std::vector<Eigen::Vector3d>& reference) const {
     std::vector<double> stiffness;
     for (std::size_t v = 0; v < count_; ++v)
-      stiffness.push_back(to_eyes_[v] < 2.0 * options_.lid_reach ? options_.lid_stiffness
-                                                                 : stiffness_of(body_.regions[v], options_));
+      stiffness.push_back(to_openings_[v] < 2.0 * options_.opening_reach ? options_.opening_stiffness
+                                                                         : stiffness_of(body_.regions[v], options_));
     const std::size_t triangles = part_ ? part_->triangle_count : body_.mesh.triangles.size();
     return EdgeLaplacian({reference.begin(), reference.begin() + static_cast<std::ptrdiff_t>(count_)},
                          {body_.mesh.triangles.data(), triangles}, options_.membrane, stiffness);
@@ -228,7 +234,7 @@ class Descent {
   const TemplatePart* part_;
   std::size_t count_;  // vertices of the body part
   PointIndex cloud_;
-  std::vector<double> to_eyes_, trust_;
+  std::vector<double> to_openings_, trust_;
   const std::vector<Eigen::Vector3d>& start_;
   std::vector<Eigen::Vector3d> x_;
   std::vector<double> area_;

@@ -31,10 +31,10 @@ struct NonrigidFitOptions {
   // Factors of the stiffness where the template has details that clouds do not show one by one.
   double hand_stiffness = 30.0;
   double foot_stiffness = 10.0;
-  double head_stiffness = 3.0;  // and face
-  double lid_stiffness = 30.0;  // up to twice lid_reach
-  double lid_weight = 0.15;     // of the cloud within lid_reach of an eyeball, growing to 1 at twice that
-  double lid_reach = 0.006;     // metres
+  double head_stiffness = 3.0;      // and face
+  double opening_stiffness = 30.0;  // around eyes, mouth and nostrils, up to twice opening_reach
+  double opening_weight = 0.15;     // of the cloud within opening_reach, growing to 1 at twice that
+  double opening_reach = 0.006;     // metres from what the lids, lips and nostrils hide
   int threads = 0;
 };
 

@@ -195,7 +195,8 @@ void write_views(const BodyTemplate& body, const PersonFit& fit, const Eigen::Is
   write_sheet(mesh, at("head", {0, 1.5, 0}) + Eigen::Vector3d(0, 0.04, 0), 0.75, 0.1, all_round,
               folder / (name + "-head.png"));
   const Eigen::Vector3d between_eyes = 0.5 * (at("leftEye", {0.03, 1.5, 0}) + at("rightEye", {-0.03, 1.5, 0}));
-  write_sheet(mesh, between_eyes, 0.2, 0.1, {-0.7, -0.25, 0.25, 0.7}, folder / (name + "-face.png"));
+  write_sheet(mesh, between_eyes - Eigen::Vector3d(0, 0.035, 0), 0.28, 0.1, {-0.7, -0.25, 0.25, 0.7},
+              folder / (name + "-face.png"));
   write_sheet(mesh, at("leftMiddleProximal", {0.4, 0.9, 0}), 0.5, 0.3, all_round, folder / (name + "-hand.png"));
   write_sheet(mesh, 0.5 * (at("leftFoot", {0, 0, 0}) + at("rightFoot", {0, 0, 0})), 1.0, 0.4, all_round,
               folder / (name + "-feet.png"));
