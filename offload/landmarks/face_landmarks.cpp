@@ -101,7 +101,7 @@ class FaceFinder {
   void place(const FaceMap& map, const char* part, int side, const Vector2d& at, double deviation) {
     const std::string name = sided(side, part);
     if (const auto swept = sweep_depth(subject_, map, at)) {
-      PlacedLandmark mark{name, swept->position, deviation * deviation * Matrix3d::Identity(), "geometric", {}};
+      PlacedLandmark mark{name, *swept, deviation * deviation * Matrix3d::Identity(), "geometric", {}};
       for (const int view : map.views) mark.views.push_back(subject_.views[view].name);
       found_.placed.push_back(std::move(mark));
       return;

@@ -134,7 +134,7 @@ FaceMap make_face_map(const Subject& subject, const FaceFrame& frame, const std:
   return map;
 }
 
-std::optional<SweptDepth> sweep_depth(const Subject& subject, const FaceMap& map, const Eigen::Vector2d& place) {
+std::optional<Eigen::Vector3d> sweep_depth(const Subject& subject, const FaceMap& map, const Eigen::Vector2d& place) {
   constexpr int side = 15;  // cells of a patch: 7.5 mm
   constexpr double limit = 0.006, step = 0.0005;
   const Eigen::Vector3d on_relief(place.x(), place.y(), map.relief.at(place));
@@ -180,12 +180,8 @@ std::optional<SweptDepth> sweep_depth(const Subject& subject, const FaceMap& map
     return std::nullopt;
   const double before = values[best - 1], after = values[best + 1], bend = before - 2 * values[best] + after;
   const double offset = -limit + step * (best + (bend < 0 ? 0.5 * (before - after) / bend : 0.0));
-  SweptDepth swept;
-  swept.offset = offset;
-  swept.position =
-      map.relief.world_from_relief *
-      Eigen::Vector3d(place.x() + offset * mean_slope.x(), place.y() + offset * mean_slope.y(), on_relief.z() + offset);
-  return swept;
+  return map.relief.world_from_relief * Eigen::Vector3d(place.x() + offset * mean_slope.x(),
+                                                        place.y() + offset * mean_slope.y(), on_relief.z() + offset);
 }
 
 std::vector<PixelDetection> detections_of(const Subject& subject, const FaceMap& map, const std::string& name,

@@ -50,13 +50,9 @@ FaceMap make_face_map(const Subject& subject, const FaceFrame& frame, const std:
 std::vector<PixelDetection> detections_of(const Subject& subject, const FaceMap& map, const std::string& name,
                                           const Eigen::Vector2d& place, double deviation);
 
-// How far in front of the relief (along z, metres, negative: behind) a place of the mean lies, from how the views show
-// it: a plane sweep (Collins, "A space-sweep approach to true multi-image matching", CVPR 1996) over +-6 mm of patches
-// that are small against what dense stereo can resolve. Nothing when the pictures do not agree on one depth.
-struct SweptDepth {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // world
-  double offset = 0.0;                                 // along z from the relief
-};
-std::optional<SweptDepth> sweep_depth(const Subject& subject, const FaceMap& map, const Eigen::Vector2d& place);
+// The place in the world of a place of the mean, at the depth the views agree on: a plane sweep (Collins, "A
+// space-sweep approach to true multi-image matching", CVPR 1996) within 6 mm of the relief, of patches that are small
+// against what dense stereo can resolve. Nothing when the pictures do not agree on one depth.
+std::optional<Eigen::Vector3d> sweep_depth(const Subject& subject, const FaceMap& map, const Eigen::Vector2d& place);
 
 }  // namespace gyre

@@ -9,6 +9,7 @@
 #include "common/mesh/mesh_io.h"
 #include "offload/fit/edge_laplacian.h"
 #include "tests/bench/fit_scores.h"
+#include "tests/offload/body/eye_cover.h"
 #include "tests/offload/fit/random_person.h"
 
 #include <CLI/CLI.hpp>
@@ -47,7 +48,7 @@ Result<gyre::PersonFit> timed_fit(const std::string& name, const gyre::BodyTempl
 // People of the template come back.
 Result<void> closed_loop(const gyre::BodyTemplate& body, int seeds, double noise) {
   std::vector<double> to_fitted, to_true, joints;
-  double worst_surface = 0.0, worst_joints = 0.0, facing = 0.0;
+  double worst_surface = 0.0, worst_joints = 0.0, facing = 0.0, through = 0.0;
   int wrong_way = 0, swapped = 0;
   const auto mean = [](const std::vector<double>& values) {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -69,6 +70,7 @@ Result<void> closed_loop(const gyre::BodyTemplate& body, int seeds, double noise
     worst_surface = std::max({worst_surface, to_fitted.back(), to_true.back()});
     worst_joints = std::max(worst_joints, joints.back());
     facing = std::max(facing, errors.facing);
+    through = std::max(through, gyre::eyeballs_through_lids(body, body.mesh.vertices, fit->vertices));
     wrong_way += errors.facing > 0.5 ? 1 : 0;
     swapped += errors.sides_swapped ? 1 : 0;
   }
@@ -81,6 +83,7 @@ Result<void> closed_loop(const gyre::BodyTemplate& body, int seeds, double noise
   print_figure(name, "joints_mean", 1000 * mean(joints), "mm");
   print_figure(name, "joints_mean_worst_person", 1000 * worst_joints, "mm");
   print_figure(name, "facing_error_worst", facing * 180 / std::numbers::pi, "deg");
+  print_figure(name, "eyeball_through_lids_worst", 1000 * through, "mm");
   print_figure(name, "facing_wrong", wrong_way, "1");
   print_figure(name, "sides_swapped", swapped, "1");
   return {};

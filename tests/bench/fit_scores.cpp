@@ -7,6 +7,7 @@
 #include "common/render/rasterise.h"
 #include "offload/body/mean_value_coordinates.h"
 #include "offload/report/surface_errors.h"
+#include "tests/offload/body/eye_cover.h"
 #include "tests/offload/fit/sample_cloud.h"
 
 #include <algorithm>
@@ -170,6 +171,8 @@ void print_scores(const std::string& name, const BodyTemplate& body, const Perso
     };
     folded += normal(fit.vertices).dot(normal(coarse.vertices)) < 0 ? 1 : 0;
   }
+  print_figure(name, "eyeball_through_lids", 1000 * eyeballs_through_lids(body, body.mesh.vertices, fit.vertices),
+               "mm");
   print_figure(name, "folded_triangles", folded, "1");
   print_figure(name, "residual_mean", 1000 * fit.quality.residual_mean, "mm");
   for (const auto& [measure, m] : fit.measures) {

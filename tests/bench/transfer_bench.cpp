@@ -7,6 +7,7 @@
 // --rest: rest.ply of a fit, of a person who exists.
 #include "offload/body/expression_transfer.h"
 #include "offload/body/mean_value_coordinates.h"
+#include "tests/offload/body/eye_cover.h"
 #include "tests/offload/body/random_person.h"
 
 #include "common/log/log.h"
@@ -109,11 +110,12 @@ void measure_person(const gyre::BodyTemplate& body, const std::string& name, con
   const std::vector<gyre::Morph> expressions = transfer.transfer();
   print(name, "seconds_transfer", seconds_since(prepared), "s");
   const gyre::FaceContacts contacts(body, rest);
-  double crossing = 0.0, penetration = 0.0, blink = 0.0;
+  double crossing = 0.0, penetration = 0.0, blink = 0.0, through = 0.0;
   std::string worst;
   for (std::size_t e = 0; e < expressions.size(); ++e) {
     const Points state = look(rest, expressions, expressions[e]);
     const Points on_template = look(body.mesh.vertices, body.expressions, body.expressions[e]);
+    through = std::max(through, gyre::eyeballs_through_lids(body, on_template, state));
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       const gyre::ContactState found = contacts.measure(i, state, on_template);
       if (found.crossing > crossing) worst = expressions[e].name;
@@ -126,6 +128,8 @@ void measure_person(const gyre::BodyTemplate& body, const std::string& name, con
   }
   print(name, "crossing_worst", 1000 * crossing, "mm");
   print(name, "penetration_worst", 1000 * penetration, "mm");
+  print(name, "eyeball_through_lids_worst", 1000 * through, "mm");
+  print(name, "eyeball_through_lids_at_rest", 1000 * gyre::eyeballs_through_lids(body, body.mesh.vertices, rest), "mm");
   print(name, "blink_gap_widest", 1000 * blink, "mm");
   if (!worst.empty()) spdlog::info("{}: the worst crossing is in {}", name, worst);
   sheet.push_back(faces(body, rest, expressions));
