@@ -398,7 +398,7 @@ Result<json> run(const StageContext& context) {
 Stage cameras_stage() {
   Stage stage;
   stage.name = "cameras";
-  stage.version = 7;
+  stage.version = 6;
   stage.inputs = {"scan.json", "frames"};
   stage.options = {{"height_mm", 0.0}, {"turntable_radius_mm", 0.0}, {"max_features", FeatureOptions{}.max_features}};
   stage.run = run;

@@ -57,24 +57,27 @@ struct BestTwo {
   std::vector<int> index;
 };
 
+constexpr std::size_t looked_at_once = 16;
+
+// Whether any of the dot products beats what its row or its column knows. Not inlined, because unrolled into its caller
+// it would be compared one by one.
+GYRE_VECTOR_CLONES [[gnu::noinline]] bool any_better(const std::int32_t* dots, std::int32_t second_in_row,
+                                                     const std::int32_t* second_in_column) {
+  std::int32_t any = 0;
+  // Negated, the comparisons are the masks that vector instructions give.
+  for (std::size_t k = 0; k < looked_at_once; ++k)
+    any |=
+        -static_cast<std::int32_t>(dots[k] > second_in_row) | -static_cast<std::int32_t>(dots[k] > second_in_column[k]);
+  return any != 0;
+}
+
 // Offers the dot products of row `row` with the columns from `column` on, to both.
-GYRE_VECTOR_CLONES
 void offer_row(const std::int32_t* dots, std::size_t columns, std::size_t row, std::size_t column, BestTwo& in_b,
                BestTwo& in_a) {
-  constexpr std::size_t at_once = 8;
-  const std::int32_t* second_in_column = &in_a.second[column];
-  for (std::size_t j = 0; j < columns; j += at_once) {
-    const std::size_t end = std::min(j + at_once, columns);
-    if (end - j == at_once) {
-      // Soon after the start hardly any is better than what is known.
-      const std::int32_t second_in_row = in_b.second[row];
-      std::int32_t any = 0;
-      for (std::size_t k = 0; k < at_once; ++k) {
-        any |= static_cast<std::int32_t>(dots[j + k] > second_in_row) |
-               static_cast<std::int32_t>(dots[j + k] > second_in_column[j + k]);
-      }
-      if (any == 0) continue;
-    }
+  for (std::size_t j = 0; j < columns; j += looked_at_once) {
+    const std::size_t end = std::min(j + looked_at_once, columns);
+    // Soon after the start hardly any is better than what is known.
+    if (end - j == looked_at_once && !any_better(dots + j, in_b.second[row], &in_a.second[column + j])) continue;
     for (std::size_t k = j; k < end; ++k) {
       in_b.offer(row, dots[k], column + k);
       in_a.offer(column + k, dots[k], row);
