@@ -9,7 +9,7 @@
 namespace gyre {
 namespace {
 
-constexpr float metres_per_unit = 0.01F;
+constexpr float metres_per_face_unit = 0.01F;
 
 // Polygons, as fans of triangles, whose corners all lie below `count`.
 std::vector<Eigen::Vector3i> triangles_below(int count, const std::vector<std::int32_t>& start,
@@ -53,11 +53,12 @@ Result<FaceModel> read_face_model(const std::filesystem::path& folder, int modes
 
   FaceModel model;
   for (int v = 0; v < count; ++v)
-    model.mesh.vertices.push_back(metres_per_unit * Eigen::Map<const Eigen::Vector3f>(&neutral[3 * v]).cast<double>());
+    model.mesh.vertices.push_back(metres_per_face_unit *
+                                  Eigen::Map<const Eigen::Vector3f>(&neutral[3 * v]).cast<double>());
   model.mesh.triangles = triangles_below(count, start, corners);
   for (int k = 0; k < modes; ++k) {
     const auto* first = packed.data() + 3 * static_cast<std::size_t>(count) * static_cast<std::size_t>(k);
-    model.modes.emplace_back(metres_per_unit * scale[k] *
+    model.modes.emplace_back(metres_per_face_unit * scale[k] *
                              Eigen::Map<const Eigen::Matrix3Xi>(first, 3, count).cast<float>());
   }
 

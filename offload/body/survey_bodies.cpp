@@ -234,14 +234,14 @@ class TypicalPeople {
 };
 
 // How exactly a measure is met: a share of how much people differ in it.
-constexpr double tolerance = 0.2;
+constexpr double measure_tolerance = 0.2;
 
 // The mean person of a sex from the measures that need no reference, as measured on the mesh.
 Measures reference_of(const BodyFitter& fitter, const Survey::Sex& sex, const Prior& prior, double age) {
   Wanted wanted;
   wanted.value = sex.mean;
   for (std::size_t m = 0; m < wanted.value.size(); ++m)
-    wanted.deviation[m] = BaseMeasures::is_exact(m) ? tolerance * sex.deviation[m] : 1e3;
+    wanted.deviation[m] = BaseMeasures::is_exact(m) ? measure_tolerance * sex.deviation[m] : 1e3;
   return fitter.measure(fitter.fit(wanted, age, prior), age);
 }
 
@@ -250,7 +250,7 @@ Wanted wanted_of(const Person& person, const Survey::Sex& sex, const Measures& r
   for (std::size_t m = 0; m < wanted.value.size(); ++m) {
     const double ratio = BaseMeasures::is_exact(m) ? 1 : reference[m] / sex.mean[m];
     wanted.value[m] = ratio * person.measures[m];
-    wanted.deviation[m] = tolerance * ratio * sex.deviation[m];
+    wanted.deviation[m] = measure_tolerance * ratio * sex.deviation[m];
   }
   return wanted;
 }

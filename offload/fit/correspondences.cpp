@@ -13,14 +13,15 @@ namespace gyre {
 
 namespace {
 
-constexpr std::size_t block = 256;  // queries a task; the result does not depend on it
+constexpr std::size_t queries_per_task = 256;  // the result does not depend on it
 
 // Runs `match(i)` for every i and keeps what it found, in order.
 template <class F>
 std::vector<Match> collect(std::size_t count, int threads, const F& match) {
   std::vector<std::optional<Match>> found(count);
-  parallel_for((count + block - 1) / block, threads, [&](std::size_t b) {
-    for (std::size_t i = b * block; i < std::min(count, (b + 1) * block); ++i) found[i] = match(i);
+  parallel_for((count + queries_per_task - 1) / queries_per_task, threads, [&](std::size_t b) {
+    for (std::size_t i = b * queries_per_task; i < std::min(count, (b + 1) * queries_per_task); ++i)
+      found[i] = match(i);
   });
   std::vector<Match> matches;
   matches.reserve(count);
