@@ -13,10 +13,11 @@ constexpr int lining_rings = 1;              // ... and on the lining
 constexpr double eye_reach = 0.022;          // metres along the surface from the rim that a correction may move ...
 constexpr double mouth_reach = 0.035;        // ... of an eye, of the mouth
 constexpr int lip_rings = 4, lid_rings = 2;  // of these, those that can meet the other side
-constexpr double corner_share = 0.08;  // of the opening's width beside each corner where sides do not face each other
-constexpr double clearance = 3e-4;     // metres between the skin and what is behind it
-constexpr double near = 1.5e-3;        // metres; contacts that may come about while others are mended
-constexpr double deepest = 0.02;       // metres; further apart is not the same contact
+constexpr double corner_share = 0.08;   // of the opening's width beside each corner where sides do not face each other
+constexpr double clearance = 3e-4;      // metres between the skin and what is behind it
+constexpr double lid_thickness = 5e-3;  // metres; skin further from an eyeball never comes to lie on it
+constexpr double near = 1.5e-3;         // metres; contacts that may come about while others are mended
+constexpr double deepest = 0.02;        // metres; further apart is not the same contact
 constexpr double firm = 1e-5, loose = 1e-2;  // softness of what must be and of what should
 constexpr double good_enough = 2e-5;         // metres
 constexpr int most_rounds = 12;
@@ -187,9 +188,51 @@ class HeightField {
   std::vector<Face> faces_;
 };
 
-// Both sides of an opening and what is behind it, in one state.
+// An eyeball as heights over its middle: what skin lies on.
+class Ball {
+ public:
+  Ball(const std::vector<Eigen::Vector3d>& x, const std::vector<Eigen::Vector3i>& triangles) {
+    for (const Eigen::Vector3i& t : triangles)
+      for (const int v : t) middle_ += x[v] / (3.0 * static_cast<double>(triangles.size()));
+    for (const Eigen::Vector3i& t : triangles) {
+      Face face;
+      for (int k = 0; k < 3; ++k) face.corners.col(k) = x[t[k]] - middle_;
+      face.towards = face.corners.rowwise().sum().normalized();
+      for (int k = 0; k < 3; ++k)
+        face.least_cosine = std::min(face.least_cosine, face.towards.dot(face.corners.col(k).normalized()));
+      faces_.push_back(face);
+    }
+  }
+
+  Eigen::Vector3d outwards(const Eigen::Vector3d& p) const { return (p - middle_).normalized(); }
+
+  // How far p lies outside, along the ray from the middle; nothing where the ball is open.
+  std::optional<double> clear(const Eigen::Vector3d& p) const {
+    const Eigen::Vector3d out = outwards(p);
+    for (const Face& f : faces_) {
+      if (f.towards.dot(out) < f.least_cosine - 1e-9) continue;
+      // out = corners * w, w >= 0, is hit at a distance of 1 / sum(w).
+      const Eigen::Vector3d w = f.corners.inverse() * out;
+      if (w.minCoeff() < -1e-9 * w.cwiseAbs().maxCoeff()) continue;
+      return (p - middle_).norm() - 1.0 / w.sum();
+    }
+    return std::nullopt;
+  }
+
+ private:
+  struct Face {
+    Eigen::Matrix3d corners;
+    Eigen::Vector3d towards;
+    double least_cosine = 1.0;  // of its corners with `towards`
+  };
+  Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();
+  std::vector<Face> faces_;
+};
+
+// Both sides of an opening and what is behind it, in one state; an eyeball all round as well.
 struct Fields {
   HeightField upper, lower, behind;
+  std::optional<Ball> ball;
 };
 
 // How far p stands clear of the other side; nothing where it faces none.
@@ -199,7 +242,8 @@ std::optional<std::pair<double, Hit>> clear_of_other(const Fields& fields, const
   return std::pair(upper ? -hit->height : hit->height, *hit);
 }
 
-std::optional<double> clear_of_back(const Fields& fields, const Eigen::Vector3d& p) {
+std::optional<double> clear_of_back(const Fields& fields, const Eigen::Vector3d& p, bool all_round) {
+  if (all_round) return fields.ball->clear(p);
   const auto hit = fields.behind.look(p, true);
   if (!hit) return std::nullopt;
   return -hit->height;
@@ -207,8 +251,11 @@ std::optional<double> clear_of_back(const Fields& fields, const Eigen::Vector3d&
 
 template <class Sides>
 Fields fields_of(const Sides& sides, const OpeningFrame& frame, const std::vector<Eigen::Vector3d>& x) {
-  return {HeightField(x, sides.upper, frame.up, frame.across), HeightField(x, sides.lower, frame.up, frame.across),
-          HeightField(x, sides.behind, frame.out, frame.across)};
+  Fields fields{HeightField(x, sides.upper, frame.up, frame.across),
+                HeightField(x, sides.lower, frame.up, frame.across),
+                HeightField(x, sides.behind, frame.out, frame.across), std::nullopt};
+  if (sides.rim.name != "mouth") fields.ball.emplace(x, sides.behind);
+  return fields;
 }
 
 }  // namespace
@@ -264,7 +311,17 @@ FaceContacts::Sides FaceContacts::find_sides(const BodyTemplate& body, const Fac
       sides.against_other.push_back({v, upper, other ? std::min(0.0, other->first) : 0.0});
     }
     if (ring > 0 && body.regions[v] != BodyRegion::inner)
-      sides.against_back.push_back({v, upper, clear_of_back(fields, x[v]).value_or(clearance)});
+      sides.against_back.push_back({v, upper, clear_of_back(fields, x[v], false).value_or(clearance)});
+  }
+  const std::vector<int> reach = within_reach(x, opening, beside, rim_reach(opening));
+  if (fields.ball) {
+    for (const int v : reach) {
+      if (body.regions[v] == BodyRegion::inner || rings.ring.count(v)) continue;
+      const auto clear = fields.ball->clear(x[v]);
+      if (!clear || *clear > lid_thickness) continue;
+      touchable.push_back(v);
+      sides.against_back.push_back({v, false, *clear, true});
+    }
   }
   const std::vector<RimPair> pairs = pair_rims(sides.edge, x, sides.template_frame);
   // Vertices beyond the other rim's ends face nothing.
@@ -272,7 +329,7 @@ FaceContacts::Sides FaceContacts::find_sides(const BodyTemplate& body, const Fac
     if (pair.weight > 0 && pair.weight < 1) sides.closed.push_back(pair);
   for (const RimPair& pair : pairs)
     sides.template_gap += sides.template_frame.up.dot(gap_of(pair, x)) / static_cast<double>(pairs.size());
-  sides.correction.emplace(x, triangles, within_reach(x, opening, beside, rim_reach(opening)), touchable);
+  sides.correction.emplace(x, triangles, reach, touchable);
   return sides;
 }
 
@@ -288,7 +345,8 @@ std::vector<FaceContacts::Watched> FaceContacts::before_back(const Sides& sides,
   const Fields fields = fields_of(sides, sides.template_frame, template_state);
   std::vector<Watched> before;
   for (Watched w : sides.against_back) {
-    w.floor = std::min(clearance, std::max(w.floor, clear_of_back(fields, template_state[w.vertex]).value_or(0.0)));
+    w.floor = std::min(clearance,
+                       std::max(w.floor, clear_of_back(fields, template_state[w.vertex], w.all_round).value_or(0.0)));
     if (w.floor > 0) before.push_back(w);
   }
   return before;
@@ -314,7 +372,7 @@ ContactState FaceContacts::measure(std::size_t i, const std::vector<Eigen::Vecto
     if (const auto clear = clear_of_other(fields, state[w.vertex], w.upper))
       found.crossing = std::max(found.crossing, w.floor - clear->first);
   for (const Watched& w : before_back(sides, template_state))
-    if (const auto clear = clear_of_back(fields, state[w.vertex]))
+    if (const auto clear = clear_of_back(fields, state[w.vertex], w.all_round))
       found.penetration = std::max(found.penetration, -*clear);
   const std::vector<RimPair> pairs = pair_rims(sides.edge, state, sides.frame);
   found.widest_gap = -std::numeric_limits<double>::infinity();
@@ -343,9 +401,10 @@ std::vector<MotionCondition> FaceContacts::conditions(const Sides& sides, const 
                       false});
   }
   for (const Watched& w : before_back) {
-    const auto clear = clear_of_back(fields, state[w.vertex]);
+    const auto clear = clear_of_back(fields, state[w.vertex], w.all_round);
     if (!clear || *clear > near) continue;
-    wanted.push_back({{w.vertex, 0, 0, 0}, {1, 0, 0, 0}, frame.out, w.floor - *clear, false});
+    const Eigen::Vector3d out = w.all_round ? fields.ball->outwards(state[w.vertex]) : frame.out;
+    wanted.push_back({{w.vertex, 0, 0, 0}, {1, 0, 0, 0}, out, w.floor - *clear, false});
   }
   if (!shut) return wanted;
   // The upper lid comes to the lower one, which keeps its height.

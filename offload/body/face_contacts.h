@@ -23,9 +23,9 @@ struct ContactState {
 
 // Finds and mends contacts around the openings of one person's face. The two sides of an opening are height fields over
 // the plane that the opening's axes `across` and `out` span: where both exist, the upper one must not lie below the
-// lower one. Likewise skin that lies before an eyeball or the teeth in the template must do so on the person, seen
-// along `out`. What is wrong is mended by the smoothest motion of the surroundings (SmoothCorrection), in a few rounds
-// because the conditions are linear and the contacts are not.
+// lower one. Likewise skin that lies before the teeth or an eyeball in the template must do so on the person: near the
+// rim seen along `out`, else from the eyeball's middle. What is wrong is mended by the smoothest motion of the
+// surroundings (SmoothCorrection), in a few rounds because the conditions are linear and the contacts are not.
 class FaceContacts {
  public:
   // rest: the whole template in the person's shape, metres, in any place and pose of the head.
@@ -50,6 +50,7 @@ class FaceContacts {
     int vertex = 0;
     bool upper = false;
     double floor = 0.0;
+    bool all_round = false;  // against an eyeball: seen from its middle and not along `out`
   };
   struct Sides {
     FaceOpening rim;                            // where the skin's texture ends ...

@@ -5,8 +5,8 @@
 #include "common/mesh/closest_point.h"
 #include "common/mesh/mesh_io.h"
 #include "common/render/rasterise.h"
-#include "offload/body/mean_value_coordinates.h"
 #include "offload/report/surface_errors.h"
+#include "tests/bench/mean_value_coordinates.h"
 #include "tests/offload/body/eye_cover.h"
 #include "tests/offload/fit/sample_cloud.h"
 

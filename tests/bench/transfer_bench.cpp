@@ -6,7 +6,6 @@
 //
 // --rest: rest.ply of a fit, of a person who exists.
 #include "offload/body/expression_transfer.h"
-#include "offload/body/mean_value_coordinates.h"
 #include "tests/offload/body/eye_cover.h"
 #include "tests/offload/body/random_person.h"
 
@@ -111,11 +110,14 @@ void measure_person(const gyre::BodyTemplate& body, const std::string& name, con
   print(name, "seconds_transfer", seconds_since(prepared), "s");
   const gyre::FaceContacts contacts(body, rest);
   double crossing = 0.0, penetration = 0.0, blink = 0.0, through = 0.0;
-  std::string worst;
+  std::string worst, worst_through;
   for (std::size_t e = 0; e < expressions.size(); ++e) {
     const Points state = look(rest, expressions, expressions[e]);
     const Points on_template = look(body.mesh.vertices, body.expressions, body.expressions[e]);
-    through = std::max(through, gyre::eyeballs_through_lids(body, on_template, state));
+    if (const double out = gyre::eyeballs_through_lids(body, on_template, state); out > through) {
+      through = out;
+      worst_through = expressions[e].name;
+    }
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       const gyre::ContactState found = contacts.measure(i, state, on_template);
       if (found.crossing > crossing) worst = expressions[e].name;
@@ -132,33 +134,8 @@ void measure_person(const gyre::BodyTemplate& body, const std::string& name, con
   print(name, "eyeball_through_lids_at_rest", 1000 * gyre::eyeballs_through_lids(body, body.mesh.vertices, rest), "mm");
   print(name, "blink_gap_widest", 1000 * blink, "mm");
   if (!worst.empty()) spdlog::info("{}: the worst crossing is in {}", name, worst);
+  if (!worst_through.empty()) spdlog::info("{}: the eyeballs stand out furthest in {}", name, worst_through);
   sheet.push_back(faces(body, rest, expressions));
-}
-
-// Joints of a random shape by the generator's regressors, against those of the mean shape carried along by mean value
-// coordinates.
-void measure_joints(const gyre::BodyTemplate& body, int people) {
-  const gyre::TemplatePart& skin = body.parts.front();
-  const std::span<const Eigen::Vector3d> mean(body.mesh.vertices.data(), static_cast<std::size_t>(skin.vertex_count));
-  const std::span<const Eigen::Vector3i> triangles(body.mesh.triangles.data(),
-                                                   static_cast<std::size_t>(skin.triangle_count));
-  const Points at = gyre::joint_positions(body, body.mesh.vertices);
-  std::vector<Eigen::VectorXd> weights;
-  for (const Eigen::Vector3d& joint : at) weights.push_back(gyre::mean_value_coordinates(mean, triangles, joint));
-  double sum = 0.0, worst = 0.0;
-  for (int p = 0; p < people; ++p) {
-    const Points person = gyre::random_person(body, static_cast<std::uint64_t>(p) + 1, 0.0);
-    const Points wanted = gyre::joint_positions(body, person);
-    for (std::size_t j = 0; j < at.size(); ++j) {
-      Eigen::Vector3d carried = Eigen::Vector3d::Zero();
-      for (int v = 0; v < skin.vertex_count; ++v) carried += weights[j][v] * person[v];
-      const double error = (carried - wanted[j]).norm();
-      sum += error;
-      worst = std::max(worst, error);
-    }
-  }
-  print("joints", "mean_values_against_regressors_mean", 1000 * sum / (people * static_cast<double>(at.size())), "mm");
-  print("joints", "mean_values_against_regressors_worst", 1000 * worst, "mm");
 }
 
 }  // namespace
@@ -184,7 +161,6 @@ int main(int argc, char** argv) {
   for (int p = 0; p < people; ++p)
     measure_person(*body, "person-" + std::to_string(p), gyre::random_person(*body, static_cast<std::uint64_t>(p) + 1),
                    sheet);
-  if (people > 0) measure_joints(*body, people);
   if (!rest.empty()) {
     const auto fitted = gyre::read_ply(rest);
     if (!fitted || fitted->vertices.size() != body->mesh.vertices.size()) {

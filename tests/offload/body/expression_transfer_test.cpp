@@ -4,6 +4,7 @@
 #include "offload/body/expression_transfer.h"
 
 #include "offload/body/template_build.h"
+#include "tests/offload/body/eye_cover.h"
 #include "tests/offload/body/random_person.h"
 
 #include <gtest/gtest.h>
@@ -87,6 +88,7 @@ TEST_F(Expressions, LidsAndLipsDoNotCrossAndEyesCloseOnAnyone) {
       const std::string& name = transferred[e].name;
       const Points state = look(rest, transferred, e);
       const Points on_template = look(human()->mesh.vertices, human()->expressions, e);
+      EXPECT_LT(eyeballs_through_lids(*human(), on_template, state), 3e-4) << name << " of person " << seed;
       for (std::size_t i = 0; i < contacts.size(); ++i) {
         const ContactState found = contacts.measure(i, state, on_template);
         const std::string& opening = contacts.opening(i).name;

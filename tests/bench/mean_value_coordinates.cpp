@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "offload/body/mean_value_coordinates.h"
+#include "tests/bench/mean_value_coordinates.h"
 
 #include <Eigen/Dense>
 #include <array>
