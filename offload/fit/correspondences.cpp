@@ -156,6 +156,14 @@ std::vector<Match> match_vertices(std::span<const int> vertices, const Searchabl
     const double along = normal.dot(mean - x);
     if ((mean - x - along * normal).norm() > max_slide) return std::nullopt;
     const Eigen::Vector3d target = x + along * normal;
+    // What another part of the surface lies on already is not this vertex's: a missing arm does not fold into the
+    // trunk.
+    constexpr double plain = 0.02;  // metres that leave no doubt whose the points are
+    constexpr double nearer = 0.4;
+    if (const double distance = (target - x).norm(); distance > plain) {
+      const auto owner = surface.index.nearest_compatible(target, normal, {nearer * distance, gate.min_cosine, 8});
+      if (owner) return std::nullopt;
+    }
     return Match{{v, v, v}, {1, 0, 0}, target, n, n.dot(target - x), weight / count};
   });
 }

@@ -95,6 +95,7 @@ Similarity align_surfaces(const TriangleMesh& target, const TriangleMesh& source
   for (std::size_t i = 0; i < source_vertices.size(); i += stride)
     on_source.push_back(source.vertices[source_vertices[i]]);
 
+  constexpr int untrimmed = 10;  // iterations before far pairs are told from those that are not there yet
   Similarity target_from_source = initial;
   std::vector<Eigen::Vector3d> a(on_source.size() + on_target.size()), b(a.size());
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
@@ -110,14 +111,25 @@ Similarity align_surfaces(const TriangleMesh& target, const TriangleMesh& source
         b[i] = nearest ? nearest->position : source_from_target * a[i];
       }
     });
-    if (!options.with_scale)  // the scale is the caller's: put it into the points
-      for (Eigen::Vector3d& p : b) p *= initial.scale;
-    auto step = align_points(a, b, options.with_scale);
+    // What only one of the surfaces has, or holds elsewhere, has no say in where the rest lies.
+    std::vector<double> distances(a.size());
+    for (std::size_t i = 0; i < a.size(); ++i) distances[i] = (a[i] - target_from_source * b[i]).norm();
+    std::vector<double> sorted = distances;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double limit = iteration < untrimmed ? std::numeric_limits<double>::infinity() : 5.0 * *middle + 1e-6;
+    std::vector<Eigen::Vector3d> kept_a, kept_b;
+    for (std::size_t i = 0; i < a.size(); ++i)
+      if (distances[i] <= limit) {
+        kept_a.push_back(a[i]);
+        kept_b.push_back(options.with_scale ? b[i] : initial.scale * b[i]);  // a fixed scale is put into the points
+      }
+    auto step = align_points(kept_a, kept_b, options.with_scale);
     if (!step) break;
     if (!options.with_scale) step->scale = initial.scale;
     const Eigen::Matrix4d change = step->matrix() - target_from_source.matrix();
     target_from_source = *step;
-    if (change.cwiseAbs().maxCoeff() < 1e-9) break;
+    if (iteration >= untrimmed && change.cwiseAbs().maxCoeff() < 1e-9) break;
   }
   return target_from_source;
 }

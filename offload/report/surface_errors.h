@@ -34,9 +34,9 @@ struct SurfaceAlignmentOptions {
   std::uint64_t seed = 1;
 };
 
-// target_from_source by iterated closest points in both directions (Besl and McKay, PAMI 1992), starting from
-// `initial`, whose scale is kept when with_scale is false. Counted are the given vertices of the source and the whole
-// target.
+// target_from_source by iterated closest points in both directions (Besl and McKay, PAMI 1992), in the end without the
+// pairs beyond five times the median distance (as Chetverikov et al., ICPR 2002), starting from `initial`, whose scale
+// is kept when with_scale is false. Counted are the given vertices of the source and the whole target.
 Similarity align_surfaces(const TriangleMesh& target, const TriangleMesh& source, std::span<const int> source_vertices,
                           const Similarity& initial, const SurfaceAlignmentOptions& options = {});
 
