@@ -5,6 +5,7 @@
 //
 // TEMPLATE is built from SOURCES and written first. Held-out bodies are fitted to people of the survey that no template
 // is made from, drawn with another seed.
+#include "common/log/log.h"
 #include "offload/body/body_evaluator.h"
 #include "offload/body/shape_space.h"
 #include "offload/body/template_build.h"
@@ -169,6 +170,7 @@ Result<void> measure(const std::filesystem::path& sources, const std::filesystem
 }  // namespace
 
 int main(int argc, char** argv) {
+  gyre::start_logging("body_bench", "warn");
   if (argc != 3) {
     std::fprintf(stderr, "usage: body_bench SOURCES TEMPLATE\n");
     return 2;

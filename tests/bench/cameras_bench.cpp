@@ -5,6 +5,7 @@
 //   cameras_bench BUNDLE TRUTH_DIR [--colmap-all] [--colmap-pairs]   TRUTH_DIR: see camera_scores.h
 //
 // --colmap-all has COLMAP match every two pictures as it does by default, --colmap-pairs the pairs Gyre chooses.
+#include "common/log/log.h"
 #include "offload/cameras/cameras_stage.h"
 #include "offload/cameras/features.h"
 #include "offload/cameras/pairs.h"
@@ -51,6 +52,7 @@ gyre::Result<std::vector<std::pair<std::string, std::string>>> chosen_pairs(cons
 }  // namespace
 
 int main(int argc, char** argv) {
+  gyre::start_logging("cameras_bench", "warn");
   if (argc < 3) return fail_with("usage: cameras_bench BUNDLE TRUTH_DIR [--colmap-all] [--colmap-pairs]");
   const gyre::Bundle bundle(argv[1]);
   const std::set<std::string> wanted(argv + 3, argv + argc);

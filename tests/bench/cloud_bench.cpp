@@ -10,6 +10,7 @@
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/bundle.h"
 #include "common/geometry/colmap_model.h"
+#include "common/log/log.h"
 #include "common/mesh/closest_point.h"
 #include "common/mesh/mesh_io.h"
 #include "tests/bench/true_pose.h"
@@ -207,6 +208,7 @@ Result<void> measure(const gyre::Bundle& bundle, const std::filesystem::path& su
 }  // namespace
 
 int main(int argc, char** argv) {
+  gyre::start_logging("cloud_bench", "warn");
   if (argc != 3 && argc != 4) {
     std::fprintf(stderr, "usage: cloud_bench BUNDLE SUBJECT_DIR [CASE]\n");
     return 2;

@@ -6,6 +6,7 @@
 // The world of the bundle is moved onto the truth by the similarity that aligns the camera centres.
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/bundle.h"
+#include "common/log/log.h"
 #include "common/mesh/closest_point.h"
 #include "common/mesh/mesh_io.h"
 #include "offload/body/landmark_set.h"
@@ -79,6 +80,7 @@ Result<void> measure(const gyre::Bundle& bundle, const std::filesystem::path& su
 }  // namespace
 
 int main(int argc, char** argv) {
+  gyre::start_logging("landmarks_bench", "warn");
   if (argc != 3) {
     std::fprintf(stderr, "usage: landmarks_bench BUNDLE SUBJECT_DIR\n");
     return 2;

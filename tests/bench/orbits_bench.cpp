@@ -4,6 +4,7 @@
 //
 //   orbits_bench WORK_DIR [--growth]
 #include "common/bundle/ulid.h"
+#include "common/log/log.h"
 #include "common/parallel/parallel.h"
 #include "offload/cameras/cameras_stage.h"
 #include "tests/bench/camera_scores.h"
@@ -97,6 +98,7 @@ int fail_with(const std::string& text) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  gyre::start_logging("orbits_bench", "warn");
   if (argc < 2) return fail_with("usage: orbits_bench WORK_DIR [--growth]");
   const std::filesystem::path work = argv[1];
   std::filesystem::create_directories(work);

@@ -5,6 +5,7 @@
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/bundle.h"
 #include "common/geometry/colmap_model.h"
+#include "common/log/log.h"
 #include "common/mesh/mesh_io.h"
 #include "common/render/rasterise.h"
 #include "offload/texture/atlas.h"
@@ -156,6 +157,7 @@ double peak_memory_gib() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  gyre::start_logging("texture_bench", "warn");
   if (argc < 3) return fail_with("usage: texture_bench BUNDLE SUBJECT_DIR [SIZE [OUT_DIR]]");
   const gyre::Bundle bundle(argv[1]);
   const std::filesystem::path subject_folder = argv[2];
