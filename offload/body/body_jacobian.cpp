@@ -5,16 +5,6 @@
 
 namespace gyre {
 
-namespace {
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-}  // namespace
-
 BodyJacobian::BodyJacobian(const BodyTemplate& body, std::vector<int> free_joints, int shape_count, int head_count,
                            std::vector<int> expressions)
     : body_(body),

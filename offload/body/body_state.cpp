@@ -25,6 +25,12 @@ BodyState rest_state(const BodyTemplate& body) {
   return state;
 }
 
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
 Eigen::Matrix3d rotation_of(const Eigen::Vector3d& rotation_vector) {
   const double angle = rotation_vector.norm();
   if (angle < 1e-12) return Eigen::Matrix3d::Identity();

@@ -36,6 +36,9 @@ PosedBody evaluate(const BodyTemplate& body, const BodyState& state);
 // The identity: mean shape, rest pose.
 BodyState rest_state(const BodyTemplate& body);
 
+// The matrix whose product with w is v x w.
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
+
 // Rotation by |vector| radians about it, and back (angle at most pi).
 Eigen::Matrix3d rotation_of(const Eigen::Vector3d& rotation_vector);
 Eigen::Vector3d rotation_vector_of(const Eigen::Matrix3d& rotation);

@@ -196,10 +196,12 @@ class Ball {
       for (const int v : t) middle_ += x[v] / (3.0 * static_cast<double>(triangles.size()));
     for (const Eigen::Vector3i& t : triangles) {
       Face face;
-      for (int k = 0; k < 3; ++k) face.corners.col(k) = x[t[k]] - middle_;
-      face.towards = face.corners.rowwise().sum().normalized();
+      Eigen::Matrix3d corners;
+      for (int k = 0; k < 3; ++k) corners.col(k) = x[t[k]] - middle_;
+      face.weights_from_place = corners.inverse();
+      face.towards = corners.rowwise().sum().normalized();
       for (int k = 0; k < 3; ++k)
-        face.least_cosine = std::min(face.least_cosine, face.towards.dot(face.corners.col(k).normalized()));
+        face.least_cosine = std::min(face.least_cosine, face.towards.dot(corners.col(k).normalized()));
       faces_.push_back(face);
     }
   }
@@ -211,8 +213,8 @@ class Ball {
     const Eigen::Vector3d out = outwards(p);
     for (const Face& f : faces_) {
       if (f.towards.dot(out) < f.least_cosine - 1e-9) continue;
-      // out = corners * w, w >= 0, is hit at a distance of 1 / sum(w).
-      const Eigen::Vector3d w = f.corners.inverse() * out;
+      // Of the corners, all >= 0 where the ray hits, at a distance of 1 / sum(w).
+      const Eigen::Vector3d w = f.weights_from_place * out;
       if (w.minCoeff() < -1e-9 * w.cwiseAbs().maxCoeff()) continue;
       return (p - middle_).norm() - 1.0 / w.sum();
     }
@@ -221,7 +223,7 @@ class Ball {
 
  private:
   struct Face {
-    Eigen::Matrix3d corners;
+    Eigen::Matrix3d weights_from_place;
     Eigen::Vector3d towards;
     double least_cosine = 1.0;  // of its corners with `towards`
   };

@@ -88,9 +88,7 @@ void weigh(std::vector<Match>& matches, const BodyTemplate& body, const PosedBod
            const CoarseFitOptions& options) {
   for (Match& m : matches) {
     const bool hair = body.regions[m.corners[0]] == BodyRegion::head;
-    Eigen::Vector3d x = Eigen::Vector3d::Zero();
-    for (int k = 0; k < 3; ++k) x += m.weights[k] * posed.vertices[m.corners[k]];
-    const double ratio = width * width / (width * width + (x - m.target).squaredNorm());
+    const double ratio = width * width / (width * width + (place_of(m, posed.vertices) - m.target).squaredNorm());
     m.weight *= ratio * ratio * (m.offset <= 0 ? 1.0 : hair ? options.hair_weight : options.clothes_weight);
   }
 }
@@ -141,11 +139,7 @@ BodyState moved_to_landmarks(const BodyTemplate& body, const std::vector<Landmar
 
 double misfit_of(const std::vector<Match>& matches, const PosedBody& posed, std::size_t asked, double radius) {
   double sum = static_cast<double>(asked - matches.size()) * radius;
-  for (const Match& m : matches) {
-    Eigen::Vector3d x = Eigen::Vector3d::Zero();
-    for (int k = 0; k < 3; ++k) x += m.weights[k] * posed.vertices[m.corners[k]];
-    sum += std::min((x - m.target).norm(), radius);
-  }
+  for (const Match& m : matches) sum += std::min((place_of(m, posed.vertices) - m.target).norm(), radius);
   return asked > 0 ? sum / static_cast<double>(asked) : radius;
 }
 

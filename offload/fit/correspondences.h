@@ -39,6 +39,13 @@ struct SearchableSurface {
   PointIndex index;  // over outer->vertices
 };
 
+// Where on the surface a match is, given the vertices it is made of.
+inline Eigen::Vector3d place_of(const Match& match, std::span<const Eigen::Vector3d> vertices) {
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 3; ++k) place += match.weights[k] * vertices[match.corners[k]];
+  return place;
+}
+
 // For each cloud point the closest surface point among the triangles around the closest compatible vertex.
 std::vector<Match> match_cloud(const OrientedPoints& cloud, const SearchableSurface& surface, const MatchGate& gate,
                                int threads);

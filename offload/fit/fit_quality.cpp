@@ -57,11 +57,8 @@ FitQuality measure_quality(const BodyTemplate& body, const OuterSurface& outer, 
   const SearchableSurface surface(outer, vertices, normals);
 
   std::vector<double> distances;
-  for (const Match& m : match_cloud(cloud, surface, {reach, 0.0, 12}, threads)) {
-    Eigen::Vector3d x = Eigen::Vector3d::Zero();
-    for (int k = 0; k < 3; ++k) x += m.weights[k] * vertices[m.corners[k]];
-    distances.push_back((x - m.target).norm());
-  }
+  for (const Match& m : match_cloud(cloud, surface, {reach, 0.0, 12}, threads))
+    distances.push_back((place_of(m, vertices) - m.target).norm());
   distances.resize(cloud.size(), reach);
   std::sort(distances.begin(), distances.end());
   quality.residual_mean =

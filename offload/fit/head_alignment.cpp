@@ -14,12 +14,6 @@ namespace gyre {
 
 namespace {
 
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 bool of_head(BodyRegion region) {
   return region == BodyRegion::head || region == BodyRegion::face;
 }
@@ -60,7 +54,7 @@ class HeadModel {
 
   void take(const Eigen::VectorXd& step) {
     motion_.translation += step.head<3>();
-    motion_.rotation = Eigen::Quaterniond(rotation_of(step.segment<3>(3))) * motion_.rotation;
+    motion_.rotation = rotation_about(step.segment<3>(3)) * motion_.rotation;
     motion_.scale *= std::exp(step[6]);
     for (std::size_t s = 0; s < shapes_.size(); ++s) state_.shape[shapes_[s]] += step[static_cast<Eigen::Index>(7 + s)];
     update();

@@ -65,13 +65,9 @@ std::vector<double> trust_of(const BodyTemplate& body, const std::vector<double>
 void weigh(std::vector<Match>& matches, const std::vector<double>& trust, const std::vector<Eigen::Vector3d>& x,
            double radius) {
   for (Match& m : matches) {
-    Eigen::Vector3d at = Eigen::Vector3d::Zero();
     double trusted = 0.0;
-    for (int k = 0; k < 3; ++k) {
-      at += m.weights[k] * x[m.corners[k]];
-      trusted += m.weights[k] * trust[m.corners[k]];
-    }
-    const double ratio = radius * radius / (radius * radius + 4.0 * (at - m.target).squaredNorm());
+    for (int k = 0; k < 3; ++k) trusted += m.weights[k] * trust[m.corners[k]];
+    const double ratio = radius * radius / (radius * radius + 4.0 * (place_of(m, x) - m.target).squaredNorm());
     m.weight *= trusted * ratio * ratio;
   }
 }

@@ -21,21 +21,15 @@ namespace gyre {
 
 namespace {
 
+// What stands for the part of a surface seen from outside.
+constexpr int points_of_a_surface = 40000, height_of_its_pictures = 600;
+
 std::vector<double> distances_to(const ClosestPoint& surface, const std::vector<Eigen::Vector3d>& points) {
   std::vector<double> distances;
   distances.reserve(points.size());
   for (const Eigen::Vector3d& p : points)
     if (const auto found = surface.nearest(p)) distances.push_back(found->distance);
   return distances;
-}
-
-// Points that stand for the part of a surface seen from outside, without noise.
-std::vector<Eigen::Vector3d> visible_points(const std::vector<Eigen::Vector3d>& vertices,
-                                            const std::vector<Eigen::Vector3i>& triangles) {
-  std::vector<Eigen::Vector3d> points;
-  for (const Eigen::Vector3f& p : sample_visible(vertices, triangles, {40000, 0.0, 600, 7}).points)
-    points.push_back(p.cast<double>());
-  return points;
 }
 
 std::vector<Eigen::Vector3d> moved_points(const std::vector<Eigen::Vector3d>& points, const Eigen::Isometry3d& motion) {
@@ -122,14 +116,19 @@ void print_scores(const std::string& name, const BodyTemplate& body, const Perso
   const std::vector<Eigen::Vector3d> vertices = moved_points(fit.vertices, truth_from_world);
   const ClosestPoint fitted(vertices, body.mesh.triangles);
   print_distances(name, "true_to_fitted",
-                  distances_to(fitted, visible_points(whole.surface.vertices, whole.surface.triangles)));
-  print_distances(name, "fitted_to_true",
-                  distances_to(ClosestPoint(whole.surface), visible_points(vertices, body.mesh.triangles)));
+                  distances_to(fitted, visible_points(whole.surface.vertices, whole.surface.triangles,
+                                                      points_of_a_surface, height_of_its_pictures)));
+  print_distances(
+      name, "fitted_to_true",
+      distances_to(ClosestPoint(whole.surface),
+                   visible_points(vertices, body.mesh.triangles, points_of_a_surface, height_of_its_pictures)));
   if (const auto joint = whole.joints.find("head"); joint != whole.joints.end()) {
     std::vector<Eigen::Vector3d> true_face, fitted_face;
-    for (const Eigen::Vector3d& p : visible_points(head.vertices, head.triangles))
+    for (const Eigen::Vector3d& p :
+         visible_points(head.vertices, head.triangles, points_of_a_surface, height_of_its_pictures))
       if (on_face(p, joint->second)) true_face.push_back(p);
-    for (const Eigen::Vector3d& p : visible_points(vertices, body.mesh.triangles))
+    for (const Eigen::Vector3d& p :
+         visible_points(vertices, body.mesh.triangles, points_of_a_surface, height_of_its_pictures))
       if (on_face(p, joint->second)) fitted_face.push_back(p);
     print_distances(name, "face_true_to_fitted", distances_to(fitted, true_face));
     print_distances(name, "face_fitted_to_true", distances_to(ClosestPoint(head), fitted_face));

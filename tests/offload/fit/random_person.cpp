@@ -16,15 +16,6 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180.0;
 
-// Points of the surface that cameras around see, without noise.
-std::vector<Eigen::Vector3d> seen(const std::vector<Eigen::Vector3d>& vertices,
-                                  const std::vector<Eigen::Vector3i>& triangles) {
-  std::vector<Eigen::Vector3d> points;
-  for (const Eigen::Vector3f& p : sample_visible(vertices, triangles, {15000, 0.0, 400, 7}).points)
-    points.push_back(p.cast<double>());
-  return points;
-}
-
 std::vector<double> distances(const std::vector<Eigen::Vector3d>& points, const std::vector<Eigen::Vector3d>& vertices,
                               const std::vector<Eigen::Vector3i>& triangles) {
   const ClosestPoint surface(vertices, triangles);
@@ -146,8 +137,8 @@ ClosedLoopErrors closed_loop_errors(const BodyTemplate& body, const RandomPerson
                                     const std::vector<Eigen::Vector3d>& joints, double yaw) {
   ClosedLoopErrors errors;
   const auto& triangles = body.mesh.triangles;
-  errors.true_to_fitted = distances(seen(person.posed.vertices, triangles), vertices, triangles);
-  errors.fitted_to_true = distances(seen(vertices, triangles), person.posed.vertices, triangles);
+  errors.true_to_fitted = distances(visible_points(person.posed.vertices, triangles, 15000, 400), vertices, triangles);
+  errors.fitted_to_true = distances(visible_points(vertices, triangles, 15000, 400), person.posed.vertices, triangles);
   for (const std::string& name : main_joint_names())
     if (const int j = body.joint_index(name); j >= 0)
       errors.joints.push_back((joints[j] - person.posed.joint(j)).norm());

@@ -46,6 +46,14 @@ PointCloud sample_visible(std::span<const Eigen::Vector3d> vertices, std::span<c
   return cloud;
 }
 
+std::vector<Eigen::Vector3d> visible_points(std::span<const Eigen::Vector3d> vertices,
+                                            std::span<const Eigen::Vector3i> triangles, int points, int image_height) {
+  std::vector<Eigen::Vector3d> seen;
+  for (const Eigen::Vector3f& p : sample_visible(vertices, triangles, {points, 0.0, image_height, 7}).points)
+    seen.push_back(p.cast<double>());
+  return seen;
+}
+
 PointCloud moved(const PointCloud& cloud, double yaw, const Eigen::Vector3d& shift) {
   const Eigen::Matrix3f turn = Eigen::AngleAxisf(static_cast<float>(yaw), Eigen::Vector3f::UnitY()).toRotationMatrix();
   PointCloud result = cloud;

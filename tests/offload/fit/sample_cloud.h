@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace gyre {
 
@@ -21,6 +22,10 @@ struct SampleOptions {
 // Gaussian noise. What no camera sees (mouth, soles, inside of clothes) has no points.
 PointCloud sample_visible(std::span<const Eigen::Vector3d> vertices, std::span<const Eigen::Vector3i> triangles,
                           const SampleOptions& options = {});
+
+// The same points by themselves, without noise.
+std::vector<Eigen::Vector3d> visible_points(std::span<const Eigen::Vector3d> vertices,
+                                            std::span<const Eigen::Vector3i> triangles, int points, int image_height);
 
 // The cloud turned by `yaw` radians about +Y, then shifted.
 PointCloud moved(const PointCloud& cloud, double yaw, const Eigen::Vector3d& shift);
