@@ -24,6 +24,7 @@ nlohmann::json fit_json(const BodyTemplate& body, const PersonFit& fit) {
   json["rotations"] = nlohmann::json::array();
   for (const Eigen::Vector3d& rotation : fit.pose.rotations) json["rotations"].push_back(numbers(rotation));
   json["shape"] = numbers(fit.state.shape);
+  json["head"] = numbers(fit.state.head);
   json["scale"] = fit.state.scale;
   for (std::size_t j = 0; j < body.joints.size(); ++j) {
     const std::string& name = body.joints[j].name;

@@ -23,16 +23,17 @@ class HeadModel {
  public:
   HeadModel(const BodyTemplate& body, const BodyState& state)
       : body_(body),
-        shapes_(head_shapes(body)),
         shares_(head_shares(body)),
         joint_(body.joint_index("head")),
-        jacobian_(body, {}, static_cast<int>(body.shapes.size())),
+        jacobian_(body, {}, 0, static_cast<int>(body.head_shapes.size())),
         state_(state) {
+    const Eigen::Index given = state_.head.size();
+    state_.head.conservativeResize(jacobian_.head_count());
+    for (Eigen::Index s = given; s < state_.head.size(); ++s) state_.head[s] = 0.0;
     update();
   }
 
-  int parameters() const { return 7 + static_cast<int>(shapes_.size()); }
-  const std::vector<int>& shapes() const { return shapes_; }
+  int parameters() const { return 7 + jacobian_.head_count(); }
   double share(int v) const { return shares_[v]; }  // of the head in the vertex's motion
   const BodyState& state() const { return state_; }
   const Similarity& motion() const { return motion_; }
@@ -44,19 +45,19 @@ class HeadModel {
     columns.leftCols<3>() += weight * shares_[v] * Eigen::Matrix3d::Identity();
     columns.middleCols<3>(3) -= weight * shares_[v] * cross_matrix(arm);
     columns.col(6) += weight * shares_[v] * arm;
-    if (shapes_.empty()) return;
+    if (jacobian_.head_count() == 0) return;
     Eigen::Matrix3Xd all = Eigen::Matrix3Xd::Zero(3, jacobian_.parameters());
     jacobian_.add_vertex(v, weight, all);
-    const Eigen::Matrix3d turn = motion_.scale * motion_.rotation.toRotationMatrix();
-    for (std::size_t s = 0; s < shapes_.size(); ++s)
-      columns.col(static_cast<Eigen::Index>(7 + s)) += turn * all.col(jacobian_.shape_column() + shapes_[s]);
+    const Eigen::Matrix3d turn = (1.0 - shares_[v]) * Eigen::Matrix3d::Identity() +
+                                 shares_[v] * motion_.scale * motion_.rotation.toRotationMatrix();
+    columns.rightCols(jacobian_.head_count()) += turn * all.rightCols(jacobian_.head_count());
   }
 
   void take(const Eigen::VectorXd& step) {
     motion_.translation += step.head<3>();
     motion_.rotation = rotation_about(step.segment<3>(3)) * motion_.rotation;
     motion_.scale *= std::exp(step[6]);
-    for (std::size_t s = 0; s < shapes_.size(); ++s) state_.shape[shapes_[s]] += step[static_cast<Eigen::Index>(7 + s)];
+    state_.head += step.tail(jacobian_.head_count());
     update();
   }
 
@@ -83,7 +84,6 @@ class HeadModel {
   }
 
   const BodyTemplate& body_;
-  std::vector<int> shapes_;
   std::vector<double> shares_;
   int joint_;
   BodyJacobian jacobian_;
@@ -177,8 +177,7 @@ void add_knowledge(const Problem& problem, const HeadModel& head, Equations& equ
     hold(3 + k, turned[k], options.rotation_deviation);
   }
   hold(6, std::log(head.motion().scale), options.scale_deviation);
-  for (std::size_t s = 0; s < head.shapes().size(); ++s)
-    hold(static_cast<int>(7 + s), head.state().shape[head.shapes()[s]], 1.0);
+  for (int s = 0; s < head.state().head.size(); ++s) hold(7 + s, head.state().head[s], 1.0);
 }
 
 // Mean robust distance of the bare skin to the cloud, in [0, 1], and of the landmarks.
@@ -272,22 +271,6 @@ std::vector<double> head_shares(const BodyTemplate& body) {
     for (std::size_t k = 0; k < body.skin[v].joint.size(); ++k)
       if (below[body.skin[v].joint[k]]) shares[v] += body.skin[v].weight[k];
   return shares;
-}
-
-std::vector<int> head_shapes(const BodyTemplate& body) {
-  constexpr double nearly_all = 0.95;
-  const std::vector<double> shares = head_shares(body);
-  std::vector<int> shapes;
-  for (std::size_t s = 0; s < body.shapes.size(); ++s) {
-    double on_head = 0.0, all = 0.0;
-    for (std::size_t i = 0; i < body.shapes[s].vertices.size(); ++i) {
-      const double moved = body.shapes[s].offsets[i].squaredNorm();
-      on_head += shares[body.shapes[s].vertices[i]] * moved;
-      all += moved;
-    }
-    if (all > 0 && on_head > nearly_all * all) shapes.push_back(static_cast<int>(s));
-  }
-  return shapes;
 }
 
 HeadAlignment align_head(const BodyTemplate& body, const OuterSurface& outer, const OrientedPoints& cloud,

@@ -29,7 +29,7 @@ struct HeadAlignmentOptions {
 };
 
 struct HeadAlignment {
-  BodyState state;                        // with the head's shapes and the turn of its joint
+  BodyState state;                        // with the head's identity and the turn of its joint
   std::vector<Eigen::Vector3d> vertices;  // posed, whole template, the head moved and the neck between
   double scale = 1.0;                     // of the head against the body's
 };
@@ -56,13 +56,10 @@ OrientedPoints points_near(const OrientedPoints& cloud, const OuterSurface& part
 // Share of each vertex's skin weights that belongs to the head joint and those below it.
 std::vector<double> head_shares(const BodyTemplate& body);
 
-// Indices of the shapes that move nothing but the head: its identity.
-std::vector<int> head_shapes(const BodyTemplate& body);
-
-// Gauss-Newton on a similarity of the head about its joint and on the head's own shapes, from landmarks of the head and
-// robust closest points of face and skull (the head fit of Wenninger et al. 2020: similarity, ICP with scale, head
-// model). Points outside of the skull hardly count: they are hair. Without points or landmarks at the head, or without
-// a head joint, everything stays as it is.
+// Gauss-Newton on a similarity of the head about its joint and on the template's head identity space, from landmarks of
+// the head and robust closest points of face and skull (the head fit of Wenninger et al. 2020: similarity, ICP with
+// scale, head model). Points outside of the skull hardly count: they are hair. Without points or landmarks at the head,
+// or without a head joint, everything stays as it is.
 HeadAlignment align_head(const BodyTemplate& body, const OuterSurface& outer, const OrientedPoints& cloud,
                          const std::vector<LandmarkTarget>& landmarks, const BodyState& state,
                          const HeadAlignmentOptions& options = {});

@@ -85,16 +85,46 @@ TEST(AlignHead, HandsTheTurnToTheJoint) {
   EXPECT_LT((posed[nose] - truth[nose]).norm(), 0.004);
 }
 
-TEST(HeadShapes, MoveTheHeadAlone) {
-  BodyTemplate body;
-  body.joints = {{"hips", -1, {}}, {"head", 0, {}}};
-  body.skin.resize(2);
-  for (int v = 0; v < 2; ++v) {
-    body.skin[v].joint[0] = v;
-    body.skin[v].weight[0] = 1.0F;
+// The built-in human with two ways in which faces differ: how far the nose stands out and how wide the face is.
+BodyTemplate with_head_space() {
+  BodyTemplate body = human();
+  const std::vector<double> shares = head_shares(body);
+  const Eigen::Vector3d nose = body.mesh.vertices[body.landmarks.at("noseTip")];
+  Morph prominence{"prominence", {}, {}}, width{"width", {}, {}};
+  for (std::size_t v = 0; v < shares.size(); ++v) {
+    if (shares[v] < 0.99) continue;
+    const Eigen::Vector3d from_nose = body.mesh.vertices[v] - nose;
+    const auto forward = static_cast<float>(0.008 * std::exp(-from_nose.squaredNorm() / (0.03 * 0.03)));
+    prominence.vertices.push_back(static_cast<int>(v));
+    prominence.offsets.emplace_back(0.0F, 0.0F, forward);
+    width.vertices.push_back(static_cast<int>(v));
+    width.offsets.emplace_back(static_cast<float>(0.05 * body.mesh.vertices[v].x()), 0.0F, 0.0F);
   }
-  body.shapes = {{"tall", {0, 1}, {{0, 1, 0}, {0, 1, 0}}}, {"long nose", {1}, {{0, 0, 1}}}};
-  EXPECT_EQ(head_shapes(body), std::vector<int>{1});
+  body.head_shapes = {prominence, width};
+  return body;
+}
+
+TEST(AlignHead, FindsTheIdentity) {
+  const BodyTemplate body = with_head_space();
+  RandomPerson person = random_person(body, 7);
+  person.state.head = Eigen::Vector2d(1.4, -1.1);
+  const std::vector<Eigen::Vector3d> truth = evaluate(body, person.state).vertices;
+  OrientedPoints cloud;
+  const PointCloud seen = sample_visible(truth, body.mesh.triangles, {80000, 0.0, 400, 3});
+  for (std::size_t i = 0; i < seen.points.size(); ++i) {
+    cloud.positions.push_back(seen.points[i].cast<double>());
+    cloud.normals.push_back(seen.normals[i].cast<double>());
+  }
+  BodyState unknown = person.state;
+  unknown.head = {};
+  const HeadAlignment aligned = align_head(body, outer_surface(body), cloud, face_of(truth), unknown);
+  ASSERT_EQ(aligned.state.head.size(), 2);
+  EXPECT_NEAR(aligned.state.head[0], 1.4, 0.25);
+  EXPECT_NEAR(aligned.state.head[1], -1.1, 0.25);
+  double worst = 0.0;
+  for (std::size_t v = 0; v < truth.size(); ++v)
+    if (body.regions[v] == BodyRegion::face) worst = std::max(worst, (aligned.vertices[v] - truth[v]).norm());
+  EXPECT_LT(worst, 0.0025);
 }
 
 }  // namespace

@@ -68,10 +68,11 @@ RandomPerson random_person(const BodyTemplate& body, std::uint64_t seed) {
     turn(side + "LowerLeg", {uniform(0, 5) * degree, 0, 0});
     wobble(side + "Foot", 3);
   }
-  for (Eigen::Index s = 0; s < person.state.shape.size(); ++s) {
-    // The sum of three uniform numbers is close enough to a Gaussian of standard deviation 1 within 2.
-    person.state.shape[s] = (uniform(-1, 1) + uniform(-1, 1) + uniform(-1, 1)) * 2.0 / 3.0;
-  }
+  person.state.head = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(body.head_shapes.size()));
+  for (Eigen::VectorXd* coefficients : {&person.state.shape, &person.state.head})
+    for (double& c : *coefficients)
+      // The sum of three uniform numbers is close enough to a Gaussian of standard deviation 1 within 2.
+      c = (uniform(-1, 1) + uniform(-1, 1) + uniform(-1, 1)) * 2.0 / 3.0;
   person.posed = evaluate(body, person.state);
   double lowest = std::numeric_limits<double>::infinity();
   for (const Eigen::Vector3d& v : person.posed.vertices) lowest = std::min(lowest, v.y());
