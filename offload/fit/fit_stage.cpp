@@ -140,7 +140,7 @@ Result<nlohmann::json> run_fit(const StageContext& context) {
 Stage fit_stage() {
   Stage stage;
   stage.name = "fit";
-  stage.version = 2;
+  stage.version = 3;
   stage.inputs = {"work/cloud/cloud.ply", "work/cameras/scene.json", "work/landmarks/landmarks.json"};
   stage.external = {"template"};
   stage.options = {{"template", ""}};

@@ -38,9 +38,10 @@ double nose_score(const Relief& relief, const Eigen::Vector2d& at, double scale)
   const double below = std::max(drop(0, -0.014), drop(0, -0.019));
   const double above = 0.5 * (drop(0, 0.028) + drop(0, 0.036));
   const double bridge_left = drop(0.016, 0.022), bridge_right = drop(-0.016, 0.022);
-  double score = std::min({left, right, below + 0.002, above + 0.001, bridge_left, bridge_right});
   if (!std::isfinite(left + right + below + above + bridge_left + bridge_right)) return -1;
-  score = std::min(score, 0.014);
+  // Full lips leave little of a step below the nose, so that it only speaks for half.
+  const double ridge = std::min({left, right, above + 0.001, bridge_left, bridge_right, 0.014});
+  const double score = 0.5 * (ridge + std::min(ridge, below + 0.002));
   return score - 0.5 * std::abs(left - right) - 0.25 * std::abs(bridge_left - bridge_right);
 }
 
@@ -99,7 +100,9 @@ std::optional<FaceFrame> find_face(const Figure& figure, const PointCloud& cloud
         const Eigen::Vector2d at = relief.centre(c, r);
         const double level = 0.915 + at.y() / figure.height;
         if (level < 0.86 || level > 0.965 || std::abs(at.x()) > 0.06) continue;
-        const double score = nose_score(relief, at, scale);
+        constexpr double usual_level = 0.908, spread = 0.02, cost = 0.002;  // of a nose's height, with hair and shoes
+        const double unusual = (level - usual_level) / spread;
+        const double score = nose_score(relief, at, scale) - cost * unusual * unusual;
         if (score > best.score) best = {score, relief.world_point(at), forward};
       }
   }

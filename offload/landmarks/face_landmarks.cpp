@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/landmarks/face_landmarks.h"
 
+#include "offload/landmarks/ears.h"
 #include "offload/landmarks/eyes.h"
+#include "offload/landmarks/jaw.h"
 #include "offload/landmarks/mouth.h"
 #include "offload/landmarks/placement.h"
 #include "offload/landmarks/profile.h"
@@ -23,6 +25,8 @@ class FaceFinder {
         frame_(frame),
         found_(found),
         head_(head_points(subject.figure, subject.cloud, frame.world_from_face.linear().col(2))),
+        sides_{head_points(subject.figure, subject.cloud, frame.world_from_face.linear().col(0)),
+               head_points(subject.figure, subject.cloud, -frame.world_from_face.linear().col(0))},
         scale_(std::clamp(subject.figure.height / 1.7, 0.7, 1.1)) {}
 
   void find() {
@@ -30,19 +34,14 @@ class FaceFinder {
     find_midline(profile);
     find_front(profile);
     find_below(profile);
+    find_jaw_line();
+    find_both_ears();
   }
 
  private:
   void find_midline(const FaceProfile& profile) {
-    const Matrix3d axes = frame_.world_from_face.linear();
-    for (const auto& [name, mark] : profile.marks) {
-      const Vector3d deviations(0.002, mark.along, mark.across);
-      found_.placed.push_back({name,
-                               frame_.world_from_face * mark.place,
-                               axes * deviations.cwiseAbs2().asDiagonal() * axes.transpose(),
-                               "geometric",
-                               {}});
-    }
+    for (const auto& [name, mark] : profile.marks)
+      place_in_face(name, mark.place, Vector3d(0.002, mark.along, mark.across).cwiseAbs2().asDiagonal());
     found_.missing.insert(profile.missing.begin(), profile.missing.end());
   }
 
@@ -85,6 +84,34 @@ class FaceFinder {
     place_pair(map, "Nostril", find_nostrils(map, base, tip, scale_));
   }
 
+  void find_jaw_line() {
+    for (const char* part : {"Jaw", "JawAngle"}) miss_pair(part, "the cloud shows no edge of the jaw there");
+    for (const JawMark& mark : find_jaw(frame_, sides_, subject_.figure.height)) {
+      place_in_face(mark.name, mark.place, mark.covariance);
+      found_.missing.erase(mark.name);
+    }
+  }
+
+  void find_both_ears() {
+    const auto ears = find_ears(frame_, sides_, subject_.figure.height);
+    if (!ears) {
+      for (const char* part : {"Ear", "EarLobe"}) miss_pair(part, "no pair of ears stands out; hair may cover them");
+      return;
+    }
+    const Vector3d tip(0.004, 0.008, 0.006),
+        lobe(0.006, 0.006, 0.006);  // standard deviations, metres: rims run upwards
+    for (int side = 0; side < 2; ++side) {
+      place_in_face(sided(side, "Ear"), (*ears)[side].tip, tip.cwiseAbs2().asDiagonal());
+      place_in_face(sided(side, "EarLobe"), (*ears)[side].lobe, lobe.cwiseAbs2().asDiagonal());
+    }
+  }
+
+  void place_in_face(const std::string& name, const Vector3d& in_face, const Matrix3d& covariance) {
+    const Matrix3d axes = frame_.world_from_face.linear();
+    found_.placed.push_back(
+        {name, frame_.world_from_face * in_face, axes * covariance * axes.transpose(), "geometric", {}});
+  }
+
   static std::string sided(int side, const char* part) { return (side == 0 ? "left" : "right") + std::string(part); }
 
   void miss_pair(const char* part, const std::string& reason) {
@@ -119,7 +146,8 @@ class FaceFinder {
   const Subject& subject_;
   const FaceFrame& frame_;
   Detections& found_;
-  std::vector<Vector3d> head_;
+  std::vector<Vector3d> head_;                  // seen from the front
+  std::array<std::vector<Vector3d>, 2> sides_;  // seen from the left and from the right
   double scale_;
 };
 
@@ -129,7 +157,8 @@ void find_face_landmarks(const Subject& subject, Detections& detections) {
   const auto miss_all = [&](const std::string& reason) {
     for (const char* name : {"noseTip", "sellion", "noseBase", "upperLip", "lowerLip", "chin"})
       detections.missing[name] = reason;
-    for (const char* part : {"EyeInner", "EyeOuter", "UpperLid", "LowerLid", "MouthCorner", "Nostril"})
+    for (const char* part : {"EyeInner", "EyeOuter", "UpperLid", "LowerLid", "MouthCorner", "Nostril", "Jaw",
+                             "JawAngle", "Ear", "EarLobe"})
       for (const char* side : {"left", "right"}) detections.missing[std::string(side) + part] = reason;
   };
   if (!subject.facing.towards_across) return miss_all("which way the subject faces is not decided");

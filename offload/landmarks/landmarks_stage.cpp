@@ -96,7 +96,7 @@ Result<json> run(const StageContext& context) {
 Stage landmarks_stage() {
   Stage stage;
   stage.name = "landmarks";
-  stage.version = 2;
+  stage.version = 3;
   stage.inputs = {"work/cloud/cloud.ply", "work/cameras", "frames"};
   stage.external = {"picked", "network"};
   const KeypointNetworkOptions network;

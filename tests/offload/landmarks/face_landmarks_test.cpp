@@ -4,11 +4,12 @@
 
 #include "common/mesh/closest_point.h"
 #include "offload/landmarks/subject.h"
-#include "tests/offload/fit/sample_cloud.h"
+#include "tests/offload/fit/random_person.h"
 #include "tests/synthetic/capture.h"
 #include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
+#include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 
 namespace gyre {
@@ -116,6 +117,67 @@ TEST_F(Face, AFaceThatIsNotThereIsMissing) {
   find_face_landmarks(*subject, found);
   EXPECT_TRUE(found.missing.contains("noseTip"));
   EXPECT_TRUE(found.missing.contains("leftEyeInner"));
+}
+
+// Faces of many people, whose landmarks are vertices: only the packed template has any.
+TEST(FacesOfTheTemplate, AreFoundByTheirShape) {
+  const char* file = std::getenv("GYRE_TEMPLATE");
+  if (file == nullptr || *file == 0) GTEST_SKIP() << "no $GYRE_TEMPLATE";
+  const auto body = read_template(file);
+  ASSERT_TRUE(body.has_value());
+  constexpr int people = 12;
+  int ears = 0, jaws = 0;
+  for (int seed = 0; seed < people; ++seed) {
+    SCOPED_TRACE(seed);
+    const RandomPerson person = random_person(*body, seed);
+    const auto subject =
+        make_subject(sample_visible(person.posed.vertices, body->mesh.triangles, {400000, 0.001, 900, 5}), {});
+    ASSERT_TRUE(subject && subject->facing.towards_across);
+    Detections found;
+    find_face_landmarks(*subject, found);
+    for (const PlacedLandmark& mark : found.placed) {
+      const Eigen::Vector3d error = mark.position - person.posed.vertices[body->landmarks.at(mark.name)];
+      if (mark.name == "noseTip") {
+        EXPECT_LT(error.norm(), 0.008);
+      } else if (mark.name == "chin") {
+        EXPECT_LT(error.norm(), 0.012);
+      } else if (mark.name == "leftEar" || mark.name == "rightEar") {
+        EXPECT_LT(error.norm(), 0.025) << mark.name;
+        ++ears;
+      } else if (mark.name == "leftJaw" || mark.name == "rightJaw") {
+        EXPECT_LT(error.norm(), 0.015) << mark.name;
+        ++jaws;
+      }
+      // Nothing is surer of itself than it may be.
+      EXPECT_LT(error.dot(mark.covariance.inverse() * error), 36.0) << mark.name;
+    }
+  }
+  EXPECT_GT(ears, people);
+  EXPECT_GT(jaws, people);
+}
+
+TEST(FacesOfTheTemplate, EarsUnderHairAreNotFound) {
+  const char* file = std::getenv("GYRE_TEMPLATE");
+  if (file == nullptr || *file == 0) GTEST_SKIP() << "no $GYRE_TEMPLATE";
+  const auto body = read_template(file);
+  ASSERT_TRUE(body.has_value());
+  RandomPerson person = random_person(*body, 2);
+  // A bob: everything of the head beside and behind the face lies under an ellipsoid around it.
+  const Eigen::Vector3d nose = person.posed.vertices[body->landmarks.at("noseTip")];
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(person.yaw, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  const Eigen::Vector3d middle = nose + turn * Eigen::Vector3d(0, 0.04, -0.11), half(0.10, 0.15, 0.13);
+  for (Eigen::Vector3d& v : person.posed.vertices) {
+    const Eigen::Vector3d q = (turn.transpose() * (v - middle)).cwiseQuotient(half);
+    if (q.norm() < 1 && q.z() < 0.35) v = middle + turn * half.cwiseProduct(q.normalized());
+  }
+  const auto subject =
+      make_subject(sample_visible(person.posed.vertices, body->mesh.triangles, {400000, 0.001, 900, 5}), {});
+  ASSERT_TRUE(subject && subject->facing.towards_across);
+  Detections found;
+  find_face_landmarks(*subject, found);
+  EXPECT_TRUE(found.missing.contains("leftEar"));
+  EXPECT_TRUE(found.missing.contains("rightEarLobe"));
+  EXPECT_FALSE(found.missing.contains("noseTip"));
 }
 
 }  // namespace
