@@ -2,6 +2,7 @@
 #include "offload/body/inner_parts.h"
 
 #include "common/geometry/pose.h"
+#include "common/geometry/quantile.h"
 
 #include <limits>
 
@@ -81,12 +82,6 @@ std::vector<double> depths(const FaceOpening& lids, const Range& eye, const std:
       found.push_back(height);
     }
   return found;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 void seat_eye(const FaceOpening& lids, const Range& eye, double scale, const std::vector<Eigen::Vector3d>& before,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/cloud_alignment.h"
 
-#include "offload/cameras/median.h"
+#include "common/geometry/quantile.h"
 
 #include <algorithm>
 #include <cmath>

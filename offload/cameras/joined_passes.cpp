@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/joined_passes.h"
 
-#include "offload/cameras/median.h"
+#include "common/geometry/quantile.h"
 
 #include <spdlog/spdlog.h>
 #include <set>

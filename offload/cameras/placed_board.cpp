@@ -2,7 +2,7 @@
 #include "offload/cameras/placed_board.h"
 
 #include "common/board/board.h"
-#include "offload/cameras/median.h"
+#include "common/geometry/quantile.h"
 #include "offload/cameras/triangulation.h"
 
 namespace gyre {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/reconstruction.h"
 
+#include "common/geometry/quantile.h"
 #include "offload/cameras/resection.h"
 #include "offload/cameras/tracks.h"
 
@@ -171,9 +172,8 @@ ModelFit fit_of(const Scene& scene) {
       if (o.used) errors.push_back(reprojection_error(scene, o, track.point));
   }
   if (errors.empty()) return {};
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return {errors.size(), *middle};
+  const std::size_t count = errors.size();
+  return {count, median(std::move(errors))};
 }
 
 void set_focal(Scene& scene, double guess) {

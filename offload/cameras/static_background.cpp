@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/static_background.h"
 
+#include "common/geometry/quantile.h"
 #include "common/parallel/parallel.h"
-#include "offload/cameras/median.h"
 
 namespace gyre {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/sway.h"
 
+#include "common/geometry/quantile.h"
 #include "offload/cameras/bundle_adjustment.h"
-#include "offload/cameras/median.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/verification.h"
 
+#include "common/geometry/quantile.h"
 #include "offload/cameras/triangulation.h"
 
 #include <opencv2/calib3d.hpp>
@@ -109,9 +110,7 @@ std::optional<RelativePose> relative_pose(std::span<const Eigen::Vector2d> norma
     angles.push_back(angle_between_rays(rays[0], rays[1]));
   }
   if (result.inliers.size() < 8) return std::nullopt;
-  const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
-  std::nth_element(angles.begin(), middle, angles.end());
-  result.median_angle = *middle;
+  result.median_angle = median(std::move(angles));
   return result;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cameras/world_frame.h"
 
-#include "offload/cameras/median.h"
+#include "common/geometry/quantile.h"
 #include "offload/cameras/sight_lines.h"
 #include "offload/cameras/turn_axis.h"
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/cloud/coverage.h"
 
+#include "common/geometry/quantile.h"
 #include "offload/cloud/cell_grid.h"
 #include "offload/cloud/dense_cloud.h"
 
@@ -26,12 +27,6 @@ constexpr int axis_samples = 8;        // a band
 constexpr double seen_through = 0.1;   // share of the views that may err
 constexpr int least_towards = 3;       // views a point needs
 constexpr double usual_radius = 0.12;  // metres, where a band does not tell
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Nobody looks through the place; nothing when no view says anything about it.
 std::optional<bool> solid(const SightCount& sight) {

@@ -8,19 +8,13 @@
 #include <numbers>
 #include <string>
 #include <vector>
+#include "common/geometry/quantile.h"
 
 namespace gyre {
 
 namespace {
 
 constexpr int fewest = 20;  // points that make a hand, a foot or a head
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 std::optional<Eigen::Vector3d> mean(const std::vector<Eigen::Vector3d>& points) {
   if (static_cast<int>(points.size()) < fewest) return std::nullopt;

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include "common/geometry/quantile.h"
 
 namespace gyre {
 
@@ -16,7 +17,7 @@ constexpr std::size_t fewest = 20;         // that make a part of one
 void measure_height(Figure& figure) {
   std::vector<double> heights;
   for (const Eigen::Vector3d& p : figure.graph.nodes) heights.push_back(p.y());
-  const double top = quantile_of(heights, 0.9998), bottom = quantile_of(heights, 0.0005);
+  const double top = quantile(heights, 0.9998), bottom = quantile(heights, 0.0005);
   figure.floor = bottom > 0.15 * top && top > 0 ? 0.0 : bottom;
   figure.height = std::max(top - figure.floor, 0.01);
 }
@@ -54,22 +55,15 @@ void measure_middle(Figure& figure) {
   if (head.size() < fewest) head = trunk;
   std::vector<double> sideways, depths;
   for (const Eigen::Vector3d& p : head) sideways.push_back(p.dot(figure.lateral));
-  const double side = 0.5 * (quantile_of(sideways, 0.02) + quantile_of(sideways, 0.98));
+  const double side = 0.5 * (quantile(sideways, 0.02) + quantile(sideways, 0.98));
   const Eigen::Vector3d across = figure.across();
   for (const Eigen::Vector3d& p : trunk)
     if (std::abs(p.dot(figure.lateral) - side) < 0.08 * figure.height) depths.push_back(p.dot(across));
-  const double depth = 0.5 * (quantile_of(depths, 0.02) + quantile_of(depths, 0.98));
+  const double depth = 0.5 * (quantile(depths, 0.02) + quantile(depths, 0.98));
   figure.middle = side * figure.lateral + depth * across + figure.floor * Eigen::Vector3d::UnitY();
 }
 
 }  // namespace
-
-double quantile_of(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 std::optional<Figure> measure_figure(const PointCloud& cloud) {
   Figure figure;

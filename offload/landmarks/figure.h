@@ -33,7 +33,4 @@ struct Figure {
 // Nothing when the cloud has too few points to be a person, or none of the upper body.
 std::optional<Figure> measure_figure(const PointCloud& cloud);
 
-// Value below which the given share of the values lies; 0 when there are none.
-double quantile_of(std::vector<double> values, double share);
-
 }  // namespace gyre

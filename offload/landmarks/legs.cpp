@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include "common/geometry/quantile.h"
 
 namespace gyre {
 
@@ -54,7 +55,7 @@ std::optional<Foot> measure_foot(const Figure& figure, int side) {
   if (foot.axis.dot(figure.across()) < 0.6) foot.axis = figure.across();
   std::vector<double> along;
   for (const int i : foot.nodes) along.push_back((graph.nodes[i] - foot.centre).dot(foot.axis));
-  const double rear = quantile_of(along, 0.01), front = quantile_of(along, 0.99);
+  const double rear = quantile(along, 0.01), front = quantile(along, 0.99);
   foot.length = front - rear;
   if (foot.length < 0.10 * figure.height || foot.length > 0.25 * figure.height) return std::nullopt;
   foot.centre += 0.5 * (rear + front) * foot.axis;
@@ -63,7 +64,7 @@ std::optional<Foot> measure_foot(const Figure& figure, int side) {
   for (const int i : leg_nodes(figure, side, 0.075, 0.15))
     shin.push_back((graph.nodes[i] - foot.centre).dot(foot.axis));
   if (shin.size() >= fewest_of_leg)
-    foot.shin_offset = -0.5 * (quantile_of(shin, 0.03) + quantile_of(shin, 0.97)) / foot.length;
+    foot.shin_offset = -0.5 * (quantile(shin, 0.03) + quantile(shin, 0.97)) / foot.length;
   double rear_top = 0, front_top = 0;
   for (const int i : leg_nodes(figure, side, -0.02, 0.12)) {
     const double at = (graph.nodes[i] - foot.centre).dot(foot.axis) / foot.length;
@@ -132,7 +133,7 @@ std::optional<Eigen::Vector3d> find_crotch(const Figure& figure, const PointClou
     const double level = low + static_cast<double>(i) * step;
     if (level < 0.40 || level > 0.53) return std::nullopt;
     const auto& depths = bands[i].depths;
-    const double depth = 0.5 * (quantile_of(depths, 0.02) + quantile_of(depths, 0.98));
+    const double depth = 0.5 * (quantile(depths, 0.02) + quantile(depths, 0.98));
     const Eigen::Vector3d place = figure.middle + middle * figure.lateral + depth * figure.across();
     return Eigen::Vector3d(place.x(), figure.floor + level * figure.height, place.z());
   }

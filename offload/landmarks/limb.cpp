@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/landmarks/limb.h"
 
+#include "common/geometry/quantile.h"
 #include "offload/landmarks/squared.h"
 
 #include <Eigen/Eigenvalues>
@@ -171,7 +172,7 @@ std::optional<Along> find_wrist(const Arm& arm, double stature) {
   for (const LimbSection& s : arm.sections)
     if (s.along > 0.05 * stature && s.along < 0.16 * stature) widths.push_back(s.width);
   if (widths.size() < 4) return std::nullopt;
-  const double usual = quantile_of(widths, 0.5);
+  const double usual = quantile(widths, 0.5);
   std::vector<std::pair<double, double>> candidates;
   for (const LimbSection& s : arm.sections)
     if (s.along > 0.08 * stature && s.along < 0.145 * stature)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/landmarks/mouth.h"
 
+#include "common/geometry/quantile.h"
 #include "offload/landmarks/figure.h"
 #include "offload/landmarks/skin.h"
 #include "offload/landmarks/squared.h"
@@ -45,10 +46,6 @@ std::vector<int> best_path(const cv::Mat& strength, float bend) {
   path[columns - 1] = end.y;
   for (int c = columns - 1; c > 0; --c) path[c - 1] = from.at<int>(path[c], c);
   return path;
-}
-
-double median(std::vector<double> values) {
-  return quantile_of(std::move(values), 0.5);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/report/surface_errors.h"
 
+#include "common/geometry/quantile.h"
 #include "common/mesh/closest_point.h"
 #include "common/parallel/parallel.h"
 
@@ -114,10 +115,8 @@ Similarity align_surfaces(const TriangleMesh& target, const TriangleMesh& source
     // What only one of the surfaces has, or holds elsewhere, has no say in where the rest lies.
     std::vector<double> distances(a.size());
     for (std::size_t i = 0; i < a.size(); ++i) distances[i] = (a[i] - target_from_source * b[i]).norm();
-    std::vector<double> sorted = distances;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double limit = iteration < untrimmed ? std::numeric_limits<double>::infinity() : 5.0 * *middle + 1e-6;
+    const double limit =
+        iteration < untrimmed ? std::numeric_limits<double>::infinity() : 5.0 * median(distances) + 1e-6;
     std::vector<Eigen::Vector3d> kept_a, kept_b;
     for (std::size_t i = 0; i < a.size(); ++i)
       if (distances[i] <= limit) {

@@ -26,6 +26,16 @@ TEST(Pose, InverseUndoes) {
   EXPECT_TRUE(((a_from_b * a_from_b.inverse()).matrix()).isIdentity(1e-12));
 }
 
+TEST(RotationAbout, TurnsByItsLengthAboutItself) {
+  const Eigen::Vector3d w = 0.7 * Eigen::Vector3d(1, -2, 0.5).normalized();
+  EXPECT_TRUE(rotation_about(w).isApprox(Eigen::Quaterniond(Eigen::AngleAxisd(0.7, w.normalized())), 1e-14));
+  EXPECT_TRUE((rotation_about(w) * rotation_about(-w)).isApprox(Eigen::Quaterniond::Identity(), 1e-14));
+  // Where an angle cannot be told from none, it is still a rotation of that size.
+  const Eigen::Vector3d tiny(1e-12, 0, -2e-12), x(3, 4, 5);
+  EXPECT_NEAR((rotation_about(tiny) * x - x - tiny.cross(x)).norm(), 0.0, 1e-14);
+  EXPECT_TRUE(rotation_about(Eigen::Vector3d::Zero()).isApprox(Eigen::Quaterniond::Identity()));
+}
+
 TEST(Similarity, AlignmentRecoversTheExactTransform) {
   const Similarity truth = some_similarity();
   const std::vector<Eigen::Vector3d> b = random_points(20, 1);
