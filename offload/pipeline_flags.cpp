@@ -26,6 +26,10 @@ void add_pipeline_flags(CLI::App& verb, PipelineFlags& flags) {
       ->check(CLI::Range(100.0, 20000.0));
   verb.add_option("--texture-size", flags.texture_size, "side of the texture, pixels; default: 2048")
       ->check(CLI::Range(1024, 8192));
+  verb.add_option("--joint-names", flags.joint_names, "names of the avatar's joints: vrm, mixamo, unreal; default: vrm")
+      ->check(CLI::IsMember({"vrm", "mixamo", "unreal"}));
+  verb.add_option("--author", flags.author,
+                  "who the avatar's licence names as its author; default: the person scanned");
   verb.add_option("--landmarks", flags.picked_landmarks,
                   "JSON file of landmarks picked in pictures or in space; they count more than any that are found");
   verb.add_option("--keypoint-network", flags.keypoint_network,
@@ -74,6 +78,8 @@ Result<PipelineOptions> pipeline_options(const PipelineFlags& flags, std::option
     if (height_mm > 0) set("height_mm", height_mm);
     if (flags.turntable_radius_mm > 0) set("turntable_radius_mm", flags.turntable_radius_mm);
     if (flags.texture_size > 0) set("size", flags.texture_size);
+    if (!flags.joint_names.empty()) set("joint_names", flags.joint_names);
+    if (!flags.author.empty()) set("author", flags.author);
     if (!flags.picked_landmarks.empty()) set("picked", std::filesystem::absolute(flags.picked_landmarks).string());
     if (!flags.keypoint_network.empty()) set("network", std::filesystem::absolute(flags.keypoint_network).string());
     if (!flags.keypoint_layout.empty()) set("network_layout", flags.keypoint_layout);

@@ -4,7 +4,13 @@
 #include "common/bundle/atomic_file.h"
 #include "common/mesh/mesh_io.h"
 #include "offload/avatar/avatar.h"
+#include "offload/avatar/fbx.h"
 #include "offload/avatar/glb.h"
+#include "offload/avatar/joint_names.h"
+#include "offload/avatar/rebind.h"
+#include "offload/avatar/vrm.h"
+#include "offload/body/humanoid.h"
+#include "offload/body/t_pose.h"
 
 namespace gyre {
 
@@ -33,7 +39,22 @@ Result<std::vector<Eigen::Vector3d>> joints_of(const nlohmann::json& fit, const 
   return joints;
 }
 
+// The avatar in the T-pose that VRM asks for.
+Result<std::vector<std::byte>> vrm_of(const Avatar& avatar, const BodyTemplate& body,
+                                      const std::vector<Eigen::Vector3d>& vertices,
+                                      const std::vector<Eigen::Vector3d>& joints, const nlohmann::json& options) {
+  const ReposedSurface reposed = repose(body, vertices, joints, t_pose(body, joints));
+  std::vector<std::string> bones;
+  for (const Joint& joint : body.joints) bones.push_back(humanoid_bone(joint.name) < 0 ? "" : joint.name);
+  VrmMeta meta;
+  if (const std::string author = options.value("author", std::string()); !author.empty()) meta.author = author;
+  return write_vrm(rebound(avatar, reposed.reposed_from_rest), bones, meta);
+}
+
 Result<nlohmann::json> run(const StageContext& context) {
+  const std::string word = context.options.value("joint_names", std::string("vrm"));
+  const auto naming = joint_naming(word);
+  if (!naming) return fail("no such naming of joints", word, "choose vrm, mixamo or unreal");
   const auto body = find_template(context.options.value("template", std::string()));
   if (!body) return tl::unexpected(body.error());
   const auto rest = read_ply(context.bundle.work("fit") / "rest.ply");
@@ -59,9 +80,17 @@ Result<nlohmann::json> run(const StageContext& context) {
                    {"scale_source", scene->value("scale_source", "unknown")}};
   if (!body->notices.empty()) avatar->facts["notices"] = body->notices;
 
-  context.progress(0.8, "writing");
+  for (AvatarJoint& joint : avatar->joints) joint.name = joint_name(joint.name, *naming);
+
+  context.progress(0.7, "writing");
   const std::vector<std::byte> glb = write_glb(*avatar);
   if (auto ok = write_file(context.out / "avatar.glb", glb); !ok) return tl::unexpected(ok.error());
+  context.progress(0.8, "writing VRM");
+  const auto vrm = vrm_of(*avatar, *body, rest->vertices, *joints, context.options);
+  if (!vrm) return tl::unexpected(vrm.error());
+  if (auto ok = write_file(context.out / "avatar.vrm", *vrm); !ok) return tl::unexpected(ok.error());
+  context.progress(0.9, "writing FBX");
+  if (auto ok = write_file(context.out / "avatar.fbx", write_fbx(*avatar)); !ok) return tl::unexpected(ok.error());
   context.progress(1.0, "done");
   return nlohmann::json{{"bytes", glb.size()},
                         {"vertices", avatar->positions.size()},
@@ -76,10 +105,11 @@ Result<nlohmann::json> run(const StageContext& context) {
 Stage avatar_stage() {
   Stage stage;
   stage.name = "avatar";
+  stage.version = 2;
   stage.inputs = {"work/fit", "work/texture", "work/cameras/scene.json"};
   stage.external = {"template"};
-  stage.options = {{"template", ""}};
-  stage.published = {"avatar.glb"};
+  stage.options = {{"template", ""}, {"joint_names", "vrm"}, {"author", ""}};
+  stage.published = {"avatar.glb", "avatar.vrm", "avatar.fbx"};
   stage.run = run;
   return stage;
 }

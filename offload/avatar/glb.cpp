@@ -166,7 +166,7 @@ std::vector<std::byte> pack(const std::string& json, const std::vector<std::byte
 
 }  // namespace
 
-std::vector<std::byte> write_glb(const Avatar& avatar) {
+std::vector<std::byte> write_glb(const Avatar& avatar, const Json& extensions) {
   Buffer buffer;
   Json mesh = {{"name", "avatar"}};
   mesh["primitives"].push_back(write_primitive(avatar, buffer));
@@ -185,6 +185,10 @@ std::vector<std::byte> write_glb(const Avatar& avatar) {
   Json material = {{"name", "skin"}, {"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}}};
   Json gltf;
   gltf["asset"] = {{"version", "2.0"}, {"generator", "Gyre " GYRE_VERSION}, {"extras", avatar.facts}};
+  if (!extensions.is_null()) {
+    for (const auto& [name, unused] : extensions.items()) gltf["extensionsUsed"].push_back(name);
+    gltf["extensions"] = extensions;
+  }
   gltf["scene"] = 0;
   gltf["scenes"] = Json::array({{{"nodes", roots}}});
   gltf["nodes"] = write_nodes(avatar);

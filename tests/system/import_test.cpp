@@ -36,6 +36,24 @@ class ImportTest : public testing::Test {
   std::string out() const { return (root_ / "out").string(); }
   std::string avatar() const { return out() + "/avatar.glb"; }
 
+  // What Blender says of an avatar; null when it did not take it.
+  static json imported(const std::vector<std::string>& arguments) {
+    std::vector<std::string> all{"blender",
+                                 "--background",
+                                 "--factory-startup",
+                                 "--python-exit-code",
+                                 "1",
+                                 "--python",
+                                 GYRE_SYSTEM_TESTS "/avatar_import.py",
+                                 "--"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const Finished f = run_program("/usr/bin/env", all);
+    EXPECT_EQ(f.code, 0) << f.err << f.out << "\n('./dev setup --all' installs Blender)";
+    const std::size_t begin = f.out.find("{\"vertices\"");
+    if (f.code != 0 || begin == std::string::npos) return nullptr;
+    return json::parse(f.out.substr(begin, f.out.find('\n', begin) - begin));
+  }
+
   // The JSON chunk of the GLB.
   json gltf() const {
     const std::string bytes = read_file(avatar()).value_or("");
@@ -69,13 +87,8 @@ TEST_F(ImportTest, TheValidatorFindsNothing) {
 
 TEST_F(ImportTest, BlenderReadsSkeletonSkinAndShapes) {
   const fs::path pictures = root_ / "pictures";
-  const Finished f =
-      run_program("/usr/bin/env", {"blender", "--background", "--factory-startup", "--python-exit-code", "1",
-                                   "--python", GYRE_SYSTEM_TESTS "/gltf_import.py", "--", avatar(), pictures.string()});
-  ASSERT_EQ(f.code, 0) << f.err << f.out << "\n('./dev setup --all' installs Blender)";
-  const std::size_t begin = f.out.find("{\"vertices\"");
-  ASSERT_NE(begin, std::string::npos) << f.out;
-  const json facts = json::parse(f.out.substr(begin, f.out.find('\n', begin) - begin));
+  const json facts = imported({avatar(), pictures.string()});
+  ASSERT_FALSE(facts.is_null());
 
   EXPECT_TRUE(facts.at("armature_modifier"));
   EXPECT_EQ(facts.at("uv_layers"), 1);
@@ -104,6 +117,48 @@ TEST_F(ImportTest, BlenderReadsSkeletonSkinAndShapes) {
   }
   for (const char* picture : {"front", "left", "back", "right", "face", "raised_arm"})
     EXPECT_GT(fs::file_size(pictures / (std::string(picture) + ".png")), 10'000U) << picture;
+}
+
+TEST_F(ImportTest, BlenderReadsTheSameFromFbxAsFromGlb) {
+  const json glb = imported({avatar()}), fbx = imported({out() + "/avatar.fbx"});
+  ASSERT_FALSE(glb.is_null() || fbx.is_null());
+  EXPECT_EQ(fbx.at("triangles"), glb.at("triangles"));
+  EXPECT_EQ(fbx.at("bones"), glb.at("bones"));
+  EXPECT_EQ(fbx.at("images"), 1);
+  EXPECT_EQ(fbx.at("uv_layers"), 1);
+  EXPECT_TRUE(fbx.at("armature_modifier"));
+  EXPECT_LE(fbx.at("influences_max"), 4);
+  EXPECT_NEAR(fbx.at("weight_sum_min").get<double>(), 1.0, 1e-3);
+  const auto expect_near = [](const json& a, const json& b, double tolerance, const std::string& what) {
+    const auto p = a.get<std::array<double, 3>>(), q = b.get<std::array<double, 3>>();
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(p[i], q[i], tolerance) << what;
+  };
+  for (const auto& [bone, head] : glb.at("heads_m").items()) expect_near(fbx.at("heads_m").at(bone), head, 1e-4, bone);
+  ASSERT_EQ(fbx.at("shape_keys"), glb.at("shape_keys"));
+  for (const auto& [name, move] : glb.at("farthest_by_shape_key").items()) {
+    const auto length = [](const json& by) {
+      const auto v = by.get<std::array<double, 3>>();
+      return std::hypot(v[0], v[1], v[2]);
+    };
+    // The farthest vertex may have a mirror image that moves as far.
+    EXPECT_NEAR(length(fbx.at("farthest_by_shape_key").at(name).at("by")), length(move.at("by")), 1e-4) << name;
+  }
+}
+
+TEST_F(ImportTest, ThreeVrmReadsTheVrm) {
+  const Finished f = run_program("/usr/bin/env", {"node", GYRE_SYSTEM_TESTS "/vrm_load.mjs", out() + "/avatar.vrm"});
+  ASSERT_EQ(f.code, 0) << f.err << f.out << "\n('./dev setup --all' installs three-vrm)";
+  const json facts = json::parse(f.out);
+  for (const HumanoidBone& bone : humanoid_bones()) EXPECT_TRUE(facts.at("bones").contains(bone.name)) << bone.name;
+  const auto height = [&](const char* bone) { return facts.at("bones").at(bone).at(1).get<double>(); };
+  for (const char* side : {"left", "right"}) {
+    const std::string arm = std::string(side) + "UpperArm", hand = std::string(side) + "Hand";
+    EXPECT_NEAR(height(arm.c_str()), height(hand.c_str()), 0.002) << "a T-pose holds its arms level";
+  }
+  EXPECT_EQ(facts.at("meta").at("avatarPermission"), "onlyAuthor");
+  const Finished valid =
+      run_program("/usr/bin/env", {"node", GYRE_SYSTEM_TESTS "/gltf_validate.mjs", out() + "/avatar.vrm"});
+  EXPECT_EQ(valid.code, 0) << valid.out;
 }
 
 }  // namespace

@@ -36,6 +36,7 @@ class AvatarStage : public testing::Test {
     const Stage stage = avatar_stage();
     StageContext context{.bundle = Bundle(root_), .out = root_ / "work/avatar", .options = stage.options};
     context.options["template"] = template_file_.string();
+    context.options.update(options_);
     return stage.run(context);
   }
 
@@ -43,17 +44,30 @@ class AvatarStage : public testing::Test {
   const std::filesystem::path& root_ = folder_.path();
   std::filesystem::path template_file_;
   BodyTemplate body_;
-  nlohmann::json fit_;
+  nlohmann::json fit_, options_ = nlohmann::json::object();
 };
 
-TEST_F(AvatarStage, WritesTheSameFileTwice) {
+TEST_F(AvatarStage, WritesTheSameFilesTwice) {
   const auto first = run();
   ASSERT_TRUE(first) << first.error().message();
   EXPECT_EQ(first->at("joints"), body_.joints.size());
-  const auto bytes = read_file(root_ / "work/avatar/avatar.glb");
-  ASSERT_TRUE(bytes);
+  std::vector<std::string> files;
+  for (const std::string& name : avatar_stage().published) {
+    const auto bytes = read_file(root_ / "work/avatar" / name);
+    ASSERT_TRUE(bytes) << name;
+    files.push_back(*bytes);
+  }
+  EXPECT_EQ(files.size(), 3U);
   ASSERT_TRUE(run());
-  EXPECT_EQ(*bytes, *read_file(root_ / "work/avatar/avatar.glb"));
+  for (std::size_t i = 0; i < files.size(); ++i)
+    EXPECT_EQ(files[i], *read_file(root_ / "work/avatar" / avatar_stage().published[i]));
+}
+
+TEST_F(AvatarStage, RefusesANamingItDoesNotKnow) {
+  options_["joint_names"] = "maya";
+  const auto result = run();
+  ASSERT_FALSE(result);
+  EXPECT_NE(result.error().message().find("mixamo"), std::string::npos);
 }
 
 TEST_F(AvatarStage, SaysWhichJointIsMissing) {

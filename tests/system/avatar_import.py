@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Imports an avatar into Blender, prints what arrived as one JSON line and renders it.
 
-  blender --background --factory-startup --python gltf_import.py -- FILE.glb [OUT_DIR]
+  blender --background --factory-startup --python avatar_import.py -- FILE.glb|FILE.vrm|FILE.fbx [OUT_DIR]
 
 Pictures in OUT_DIR: front, left, back, right (from the avatar's view), face, jaw_open, raised_arm.
 """
@@ -23,11 +23,21 @@ PICTURE_SIZE = (480, 720)
 
 def facts(mesh, armature):
     keys = mesh.data.shape_keys
-    moved = {}
+    moved, farthest = {}, {}
     if keys:
-        basis = keys.key_blocks[0].data
+        world = mesh.matrix_world
+        basis = numpy.empty(3 * len(mesh.data.vertices))
+        keys.key_blocks[0].data.foreach_get("co", basis)
+        basis = basis.reshape(-1, 3)
         for block in keys.key_blocks[1:]:
-            moved[block.name] = sum(1 for a, b in zip(block.data, basis) if (a.co - b.co).length > 1e-5)
+            shape = numpy.empty(basis.size)
+            block.data.foreach_get("co", shape)
+            offsets = (shape.reshape(-1, 3) - basis) @ numpy.array(world.to_3x3()).T
+            lengths = numpy.linalg.norm(offsets, axis=1)
+            moved[block.name] = int((lengths > 1e-5).sum())
+            most = int(lengths.argmax())
+            farthest[block.name] = {"from": [float(x) for x in gltf_axes(world @ Vector(basis[most]))],
+                                    "by": [float(x) for x in gltf_axes(Vector(offsets[most]))]}
     weights = [sum(g.weight for g in v.groups) for v in mesh.data.vertices]
     return {
         "vertices": len(mesh.data.vertices),
@@ -43,6 +53,7 @@ def facts(mesh, armature):
         "influences_max": max(len(v.groups) for v in mesh.data.vertices),
         "shape_keys": list(moved),
         "moved_by_shape_key": moved,
+        "farthest_by_shape_key": farthest,
     }
 
 
@@ -115,10 +126,13 @@ def render_all(mesh, armature, folder):
 def main():
     arguments = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
     if not arguments:
-        sys.exit("usage: blender --background --factory-startup --python gltf_import.py -- FILE.glb [OUT_DIR]")
+        sys.exit("usage: blender --background --factory-startup --python avatar_import.py -- FILE.glb|FILE.vrm|FILE.fbx [OUT_DIR]")
     for thing in list(bpy.data.objects):
         bpy.data.objects.remove(thing)
-    bpy.ops.import_scene.gltf(filepath=arguments[0])
+    if arguments[0].endswith(".fbx"):
+        bpy.ops.import_scene.fbx(filepath=arguments[0])
+    else:
+        bpy.ops.import_scene.gltf(filepath=arguments[0])
     mesh = next(o for o in bpy.data.objects if o.type == "MESH" and o.vertex_groups)
     armature = next(o for o in bpy.data.objects if o.type == "ARMATURE")
     print(json.dumps(facts(mesh, armature)))
