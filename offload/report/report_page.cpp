@@ -53,13 +53,28 @@ td.number,th.number{text-align:right}
 tr:last-child td{border-bottom:0}
 tr.total td{font-weight:600}
 .bar{background:var(--accent);height:.6rem;border-radius:3px;min-width:2px}
+.compare{position:relative}
+.compare img.over{position:absolute;inset:0;clip-path:inset(0 0 0 var(--at,50%))}
+.compare input{position:absolute;left:0;bottom:.5rem;width:100%;margin:0;accent-color:var(--accent);opacity:.85}
+.scale{height:.7rem;border-radius:3px;margin-top:1rem;background:linear-gradient(90deg,#fffff5,#fed976,#fd8d3c,#bd0026,#280014);border:1px solid var(--line)}
+.ends{display:flex;justify-content:space-between;color:var(--soft);font-size:.8rem}
 details{margin-top:.6rem}
 summary{cursor:pointer;color:var(--soft);font-size:.9rem}
 pre{font-size:.78rem;line-height:1.45;background:var(--ground);border-radius:8px;padding:.8rem 1rem;overflow:auto;white-space:pre-wrap}
 footer{color:var(--soft);font-size:.8rem;margin-top:1.5rem}
 @media(max-width:40rem){.four{grid-template-columns:repeat(2,1fr)}}
-@media print{body{background:#fff;font-size:11pt}main{max-width:none;padding:0}section{border:0;padding:.6rem 0;break-inside:avoid}.sheet figure{break-inside:avoid}details{display:none}}
+@media print{body{background:#fff;font-size:11pt}main{max-width:none;padding:0}section{border:0;padding:.6rem 0;break-inside:avoid}.compare input{display:none}.sheet figure{break-inside:avoid}details{display:none}}
 )css";
+
+// Moves the border between photograph and avatar. The page says all it has to say without it.
+constexpr const char* script = R"js(
+document.querySelectorAll('.compare').forEach(function (pair) {
+  var slider = pair.querySelector('input');
+  function move() { pair.style.setProperty('--at', slider.value + '%'); }
+  slider.addEventListener('input', move);
+  move();
+});
+)js";
 
 std::string picture(const std::string& uri, const std::string& caption) {
   if (uri.empty()) return {};
@@ -99,6 +114,34 @@ std::string four_sides(const std::string& title, const std::array<std::string, 4
   std::string html = "<section><h2>" + escape_html(title) + "</h2><div class=\"row four\">";
   for (std::size_t i = 0; i < 4; ++i) html += picture(uris[i], captions[i]);
   return html + "</div></section>";
+}
+
+std::string overlay_section(const ReportPictures& pictures) {
+  if (pictures.overlays.empty()) return {};
+  std::string html = "<section><h2>Photographs, and the avatar in its place</h2><div class=\"row four\">";
+  for (const OverlayPicture& o : pictures.overlays) {
+    const std::string caption = escape_html(o.caption);
+    html += fmt::format(
+        "<figure><div class=\"compare\"><img src=\"{}\" alt=\"photograph {}\"><img class=\"over\" src=\"{}\" "
+        "alt=\"the avatar in {}\"><input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"share of the "
+        "photograph in {}, percent\" /></div><figcaption>{}</figcaption></figure>",
+        o.photo, caption, o.avatar, caption, caption, caption);
+  }
+  return html +
+         "</div><p class=\"legend\">The photograph is on the left of the slider, the avatar on the "
+         "right.</p></section>";
+}
+
+std::string distance_section(const ReportPictures& pictures) {
+  std::string html = four_sides("How far the surface is from the cloud", pictures.distance);
+  if (html.empty()) return {};
+  html.resize(html.size() - std::string("</section>").size());
+  return html +
+         fmt::format(
+             "<div class=\"scale\"></div><div class=\"ends\"><span>0 mm</span><span>{:.0f} mm</span><span>{:.0f} mm "
+             "and more</span></div><p class=\"legend\">Grey: no cloud there, so the surface is the template's.</p>"
+             "</section>",
+             heat_limit_mm / 2, heat_limit_mm);
 }
 
 std::string cloud_title(const ReportFacts& facts) {
@@ -259,10 +302,13 @@ std::string report_page(const ReportFacts& facts, const ReportPictures& pictures
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
          "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>Scan " +
          escape_html(facts.scan.id) + "</title><style>" + style + "</style></head>\n<body><main>\n" + header(facts) +
-         "\n" + four_sides("Avatar", pictures.avatar) + "\n" + four_sides(cloud_title(facts), pictures.cloud) + "\n" +
+         "\n" + four_sides("Avatar", pictures.avatar) + "\n" + overlay_section(pictures) + "\n" +
+         distance_section(pictures) + "\n" + four_sides(cloud_title(facts), pictures.cloud) + "\n" +
          measure_section(facts) + camera_section(facts) + "\n" + coverage_section(facts) + "\n" +
          landmark_section(facts) + "\n" + keyframe_section(facts, pictures) + "\n" + stage_section(facts) +
-         "\n<footer>Gyre " + escape_html(GYRE_VERSION) + "</footer>\n</main></body></html>\n";
+         "\n<footer>Gyre " + escape_html(GYRE_VERSION) + "</footer>\n</main>" +
+         (pictures.overlays.empty() ? std::string() : "<script>" + std::string(script) + "</script>") +
+         "</body></html>\n";
 }
 
 }  // namespace gyre

@@ -6,6 +6,7 @@
 #include "common/parallel/parallel.h"
 #include "offload/body/template.h"
 #include "offload/report/json_fields.h"
+#include "offload/report/overlays.h"
 #include "offload/report/pictures.h"
 #include "offload/report/report_facts.h"
 #include "offload/report/report_page.h"
@@ -53,27 +54,77 @@ std::array<std::string, 4> cloud_pictures(const StageContext& context, const Rep
   return uris;
 }
 
-// The fitted body in rest pose, with the texture when template and fit belong together.
-std::array<std::string, 4> avatar_pictures(const StageContext& context, const ReportFacts& facts) {
-  auto mesh = read_ply(context.bundle.work("fit") / "rest.ply");
-  if (!mesh) return {};
-  cv::Mat texture = read_picture(context.bundle.work("texture") / "albedo.png");
-  if (!texture.empty()) {
+template <std::size_t N>
+std::array<std::string, N> uris_of(const std::array<cv::Mat, N>& pictures) {
+  std::array<std::string, N> uris;
+  for (std::size_t i = 0; i < N; ++i) uris[i] = data_uri(pictures[i], 90);
+  return uris;
+}
+
+// The fitted surface at rest and as it stood, with the texture when template and fit belong together.
+class FittedBody {
+ public:
+  FittedBody(const StageContext& context, const ReportFacts& facts) {
+    if (auto mesh = read_ply(context.bundle.work("fit") / "rest.ply")) rest_ = std::move(*mesh);
+    if (auto mesh = read_ply(context.bundle.work("fit") / "posed.ply")) posed_ = std::move(*mesh);
+    texture_ = read_picture(context.bundle.work("texture") / "albedo.png");
+    if (texture_.empty()) return;
     const auto body = find_template(context.options.value("template", std::string()));
-    const std::string checksum = text_at(facts.fit, "/template/checksum");
-    if (body && body->checksum == checksum && body->mesh.vertices.size() == mesh->vertices.size()) {
+    if (!body || body->checksum != text_at(facts.fit, "/template/checksum")) {
+      texture_ = cv::Mat();
+      return;
+    }
+    for (TriangleMesh* mesh : {&rest_, &posed_}) {
+      if (body->mesh.vertices.size() != mesh->vertices.size()) continue;
       mesh->triangles = body->mesh.triangles;
       mesh->uv = body->mesh.uv;
       mesh->uv_triangles = body->mesh.uv_triangles;
-    } else {
-      texture = cv::Mat();
     }
+    if (rest_.uv_triangles.empty() || posed_.uv_triangles.empty()) texture_ = cv::Mat();
   }
-  std::array<std::string, 4> uris;
-  const std::array<cv::Mat, 4> pictures = render_turnaround(*mesh, texture, 300, 440);
-  for (std::size_t i = 0; i < uris.size(); ++i) uris[i] = data_uri(pictures[i], 90);
-  return uris;
-}
+
+  std::array<std::string, 4> turnaround() const {
+    if (rest_.vertices.empty()) return {};
+    return uris_of(render_turnaround(rest_, texture_, 300, 440));
+  }
+
+  // Coloured by what quality.json says.
+  std::array<std::string, 4> distances(const Bundle& bundle) const {
+    const auto text = read_file(bundle.work("fit") / "quality.json");
+    const nlohmann::json quality = text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
+    const nlohmann::json residuals = quality.is_object() ? quality.value("residual_mm", nlohmann::json()) : nullptr;
+    if (rest_.vertices.empty() || !residuals.is_array() || residuals.size() != rest_.vertices.size()) return {};
+    std::vector<double> distances;
+    for (const nlohmann::json& r : residuals)
+      distances.push_back(r.is_number() ? r.get<double>() : std::numeric_limits<double>::infinity());
+    TriangleMesh coloured = rest_;
+    coloured.colours = heat_colours(distances, heat_limit_mm);
+    return uris_of(render_turnaround(coloured, cv::Mat(), 300, 440));
+  }
+
+  // Photographs from four sides of every pass.
+  std::vector<OverlayPicture> overlays(const Bundle& bundle, const ReportFacts& facts, int threads) const {
+    if (posed_.vertices.empty()) return {};
+    std::vector<const ModelImage*> views;
+    for (const ScanPass& pass : facts.scan.passes)
+      for (const ModelImage* view : spread_views(facts.model, pass.name, facts.facing(), 4)) views.push_back(view);
+    std::vector<OverlayPicture> pictures(views.size());
+    parallel_for(views.size(), threads, [&](std::size_t i) {
+      const Overlay overlay = make_overlay(facts.model, *views[i], bundle.root() / "frames" / views[i]->name, posed_,
+                                           texture_, overlay_height);
+      if (!overlay.avatar.empty())
+        pictures[i] = {views[i]->name, data_uri(overlay.photo, 85), data_uri(overlay.avatar, 85)};
+    });
+    std::erase_if(pictures, [](const OverlayPicture& p) { return p.avatar.empty(); });
+    return pictures;
+  }
+
+ private:
+  static constexpr int overlay_height = 420;
+
+  TriangleMesh rest_, posed_;
+  cv::Mat texture_;
+};
 
 Result<nlohmann::json> run_report(const StageContext& context) {
   const auto facts = collect_facts(context.bundle);
@@ -85,7 +136,10 @@ Result<nlohmann::json> run_report(const StageContext& context) {
     context.progress(0.5, "cloud");
     pictures.cloud = cloud_pictures(context, *facts);
     context.progress(0.7, "avatar");
-    pictures.avatar = avatar_pictures(context, *facts);
+    const FittedBody body(context, *facts);
+    pictures.avatar = body.turnaround();
+    pictures.distance = body.distances(context.bundle);
+    pictures.overlays = body.overlays(context.bundle, *facts, context.threads);
   } catch (const cv::Exception& error) {
     return fail("cannot make the pictures of the report", context.bundle.root().string(), error.what());
   }
@@ -103,6 +157,7 @@ Result<nlohmann::json> run_report(const StageContext& context) {
 Stage report_stage() {
   Stage stage;
   stage.name = "report";
+  stage.version = 2;
   stage.inputs = {"scan.json",      "frames.jsonl", "frames",       "work/cameras", "work/cloud",
                   "work/landmarks", "work/fit",     "work/texture", "work/avatar"};
   stage.external = {"template"};
