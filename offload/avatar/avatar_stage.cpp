@@ -7,6 +7,7 @@
 #include "offload/avatar/fbx.h"
 #include "offload/avatar/glb.h"
 #include "offload/avatar/joint_names.h"
+#include "offload/avatar/level_of_detail.h"
 #include "offload/avatar/rebind.h"
 #include "offload/avatar/vrm.h"
 #include "offload/body/humanoid.h"
@@ -91,6 +92,13 @@ Result<nlohmann::json> run(const StageContext& context) {
   if (auto ok = write_file(context.out / "avatar.vrm", *vrm); !ok) return tl::unexpected(ok.error());
   context.progress(0.9, "writing FBX");
   if (auto ok = write_file(context.out / "avatar.fbx", write_fbx(*avatar)); !ok) return tl::unexpected(ok.error());
+  if (context.options.value("levels_of_detail", false))
+    for (const auto& [name, share] : {std::pair("avatar-50.glb", 0.5), {"avatar-25.glb", 0.25}}) {
+      context.progress(0.95, "writing levels of detail");
+      const auto level = reduced(*avatar, share);
+      if (!level) return tl::unexpected(level.error());
+      if (auto ok = write_file(context.out / name, write_glb(*level)); !ok) return tl::unexpected(ok.error());
+    }
   context.progress(1.0, "done");
   return nlohmann::json{{"bytes", glb.size()},
                         {"vertices", avatar->positions.size()},
@@ -108,7 +116,7 @@ Stage avatar_stage() {
   stage.version = 2;
   stage.inputs = {"work/fit", "work/texture", "work/cameras/scene.json"};
   stage.external = {"template"};
-  stage.options = {{"template", ""}, {"joint_names", "vrm"}, {"author", ""}};
+  stage.options = {{"template", ""}, {"joint_names", "vrm"}, {"author", ""}, {"levels_of_detail", false}};
   stage.published = {"avatar.glb", "avatar.vrm", "avatar.fbx"};
   stage.run = run;
   return stage;

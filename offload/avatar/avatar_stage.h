@@ -8,7 +8,8 @@ namespace gyre {
 
 // Reads work/fit (rest.ply, fit.json), work/texture/albedo.png and work/cameras/scene.json; publishes avatar.glb and
 // avatar.fbx in the template's rest pose, and avatar.vrm in the T-pose. Options: template (path, empty: where
-// find_template looks), joint_names (vrm, mixamo or unreal), author (of the VRM's licence, empty: the person scanned).
+// find_template looks), joint_names (vrm, mixamo or unreal), author (of the VRM's licence, empty: the person scanned),
+// levels_of_detail (true: also work/avatar/avatar-50.glb and avatar-25.glb, of half and a quarter of the triangles).
 Stage avatar_stage();
 
 }  // namespace gyre
