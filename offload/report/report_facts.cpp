@@ -191,6 +191,13 @@ Result<ReportFacts> collect_facts(const Bundle& bundle) {
   auto keyframes = list_frames(bundle);
   if (!keyframes) return tl::unexpected(keyframes.error());
   facts.keyframes = std::move(*keyframes);
+  std::map<std::pair<std::string, int>, std::string> reasons;
+  if (const auto log = read_frame_log(bundle))
+    for (const FrameRecord& record : *log) reasons[{record.pass, record.index}] = record.reason;
+  for (const FrameId& frame : facts.keyframes) {
+    const auto reason = reasons.find({frame.pass, frame.index});
+    facts.reasons.push_back(reason == reasons.end() ? "" : reason->second);
+  }
   std::vector<std::string> damaged;
   if (std::filesystem::exists(bundle.work("cameras") / "images.txt")) {
     if (auto model = read_colmap_model(bundle.work("cameras"))) {

@@ -27,6 +27,7 @@ struct StageFacts {
 struct ReportFacts {
   Scan scan;
   std::vector<FrameId> keyframes;
+  std::vector<std::string> reasons;  // why each keyframe was kept; "" where nobody said
   ColmapModel model;
   nlohmann::json scene, cloud, fit, texture;  // scene.json, cloud.json, fit.json, texture.json
   nlohmann::json coverage;                    // coverage.json of the cloud

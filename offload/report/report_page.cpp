@@ -205,10 +205,20 @@ std::string keyframe_section(const ReportFacts& facts, const ReportPictures& pic
     }
     const std::string uri = i < pictures.keyframes.size() ? pictures.keyframes[i] : std::string();
     html += fmt::format(
-        "<figure{}><img src=\"{}\" alt=\"keyframe {}\" loading=\"lazy\"><figcaption>{} \u00b7 {}</figcaption></figure>",
-        image == nullptr && !facts.model.images.empty() ? " class=\"out\"" : "", uri, frame.index, frame.index, place);
+        "<figure{} title=\"{}\"><img src=\"{}\" alt=\"keyframe {}\" loading=\"lazy\"><figcaption>{} \u00b7 "
+        "{}</figcaption></figure>",
+        image == nullptr && !facts.model.images.empty() ? " class=\"out\"" : "", escape_html(facts.reasons[i]), uri,
+        frame.index, frame.index, place);
   }
-  return html + "</div></section>";
+  html += "</div>";
+  if (std::any_of(facts.reasons.begin(), facts.reasons.end(), [](const std::string& r) { return !r.empty(); })) {
+    html += "<details><summary>Why each of them was kept</summary><pre>";
+    for (std::size_t i = 0; i < facts.keyframes.size(); ++i)
+      html += fmt::format("{} {}: {}\n", escape_html(facts.keyframes[i].pass), facts.keyframes[i].index,
+                          escape_html(facts.reasons[i]));
+    html += "</pre></details>";
+  }
+  return html + "</section>";
 }
 
 // Nothing when no body was fitted.
