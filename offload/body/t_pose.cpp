@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/body/t_pose.h"
 
+#include <array>
 #include <limits>
 
 namespace gyre {
@@ -58,6 +59,17 @@ Eigen::Matrix3d least_turn(const Vector& from, const Vector& to) {
   return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
 }
 
+// Each segment of a finger along a direction; the last one, whose end no joint marks, as the one before it.
+void straighten_finger(Poser& poser, const std::array<std::string, 3>& joints, const Eigen::Matrix3d& hand_turn,
+                       const Vector& along) {
+  std::array<int, 3> chain{};
+  for (std::size_t k = 0; k < 3; ++k)
+    if (chain[k] = poser.joint(joints[k]); chain[k] < 0) return;
+  for (std::size_t k = 0; k < 2; ++k)
+    poser.turn(chain[k], least_turn(hand_turn * poser.bone(chain[k], chain[k + 1]), along) * hand_turn);
+  poser.turn(chain[2], poser.turn_of(chain[1]));
+}
+
 void straighten_arm(Poser& poser, const std::string& side) {
   const Vector along = side == "left" ? Vector(Vector::UnitX()) : Vector(-Vector::UnitX());
   const int upper = poser.joint(side + "UpperArm"), lower = poser.joint(side + "LowerArm");
@@ -88,6 +100,11 @@ void straighten_arm(Poser& poser, const std::string& side) {
   poser.turn(upper, Eigen::AngleAxisd(angle / 3.0, along) * upper_swing);
   poser.turn(lower, Eigen::AngleAxisd(angle * 2.0 / 3.0, along) * lower_swing);
   poser.turn(hand, hand_turn);
+  for (const std::string finger : {"Index", "Middle", "Ring", "Little"})
+    straighten_finger(poser, {side + finger + "Proximal", side + finger + "Intermediate", side + finger + "Distal"},
+                      hand_turn, along);
+  straighten_finger(poser, {side + "ThumbMetacarpal", side + "ThumbProximal", side + "ThumbDistal"}, hand_turn,
+                    (along + Vector::UnitZ()).normalized());
 }
 
 void straighten_leg(Poser& poser, const std::string& side) {

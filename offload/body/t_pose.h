@@ -10,9 +10,9 @@
 
 namespace gyre {
 
-// The pose that takes the given rest joints to a T: upper arms, forearms and the line from wrist to middle knuckle
-// along x, palms down, thighs and shanks straight down, feet as they were. What a hand or foot is turned by, its
-// fingers and toes are turned by too. Bones that the template lacks stay.
+// The pose that takes the given rest joints to the T of VRM 1.0: upper arms, forearms, the line from wrist to middle
+// knuckle and the fingers along x, palms down, thumbs forward at 45 degrees, thighs and shanks straight down, feet as
+// they were with their toes. Bones that the template lacks stay.
 BodyPose t_pose(const BodyTemplate& body, const std::vector<Eigen::Vector3d>& rest_joints);
 
 struct ReposedSurface {

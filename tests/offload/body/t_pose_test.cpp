@@ -46,6 +46,19 @@ TEST_F(TPose, PalmsLookDownAndThumbsForward) {
   }
 }
 
+TEST_F(TPose, FingersAreStraightAndThumbsAtHalfARightAngle) {
+  for (const auto& [side, sign] : {std::pair<std::string, double>("left", 1.0), {"right", -1.0}}) {
+    const Eigen::Vector3d along = sign * Eigen::Vector3d::UnitX();
+    for (const std::string finger : {"Index", "Middle", "Ring", "Little"}) {
+      EXPECT_LT((bone(side + finger + "Proximal", side + finger + "Intermediate") - along).norm(), 1e-9);
+      EXPECT_LT((bone(side + finger + "Intermediate", side + finger + "Distal") - along).norm(), 1e-9);
+    }
+    const Eigen::Vector3d out = (along + Eigen::Vector3d::UnitZ()).normalized();
+    EXPECT_LT((bone(side + "ThumbMetacarpal", side + "ThumbProximal") - out).norm(), 1e-9);
+    EXPECT_LT((bone(side + "ThumbProximal", side + "ThumbDistal") - out).norm(), 1e-9);
+  }
+}
+
 TEST_F(TPose, LegsAreStraightAndSolesStandOnTheFloor) {
   for (const std::string side : {"left", "right"}) {
     EXPECT_LT((bone(side + "UpperLeg", side + "LowerLeg") + Eigen::Vector3d::UnitY()).norm(), 1e-9);
