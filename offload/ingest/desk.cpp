@@ -25,6 +25,8 @@ Result<std::string> read_chunk(const std::filesystem::path& file, std::uint64_t 
   return data;
 }
 
+constexpr const char* shut_out = "this device was shut out; pair it again";
+
 wire::ScanState refusal(const std::string& scan_id, const std::string& reason) {
   return {scan_id, wire::ScanPhase::refused, reason, {}};
 }
@@ -63,10 +65,12 @@ struct Desk::Handler {
   }
 };
 
-Desk::Desk(DeskOptions options, Store& store, Send send, std::function<void(const std::string&)> on_queued)
+Desk::Desk(DeskOptions options, Store& store, IsAllowed is_allowed, Send send,
+           std::function<void(const std::string&)> on_queued)
     : options_(options),
       store_(store),
       receiver_(store, options.max_file_bytes),
+      is_allowed_(std::move(is_allowed)),
       send_(std::move(send)),
       on_queued_(std::move(on_queued)) {}
 
@@ -77,6 +81,8 @@ void Desk::receive(const std::string& peer, const std::string& key, std::string_
 
 void Desk::handle(const std::string& peer, const std::string& key, std::string_view bytes) {
   if (key.empty()) return refuse(peer, "not authenticated", true);
+  // The doorman asks once a connection; a device that was shut out since keeps that connection.
+  if (!is_allowed_(key)) return refuse(peer, shut_out, true);
   const Result<wire::Message> message = wire::decode(bytes);
   if (!message) return refuse(peer, message.error().message(), true);
   if (const auto* hello = std::get_if<wire::Hello>(&*message)) return greet(peer, key, *hello);
@@ -187,14 +193,17 @@ void Desk::publish_end(const std::string& scan_id) {
   remove_gone();
 }
 
-void Desk::forget_silent() {
+void Desk::forget_gone() {
   const auto oldest = std::chrono::steady_clock::now() - options_.silence_timeout;
-  std::erase_if(conversations_, [&](const auto& entry) {
-    if (entry.second.last_heard >= oldest) return false;
-    spdlog::info("device {} has gone silent", entry.second.device_name);
-    peers_.erase(entry.second.key);
-    return true;
-  });
+  for (const auto& [peer, device] : conversations_) {
+    if (device.last_heard < oldest) {
+      spdlog::info("device {} has gone silent", device.device_name);
+      gone_.insert(peer);
+    } else if (!is_allowed_(device.key)) {
+      refuse(peer, shut_out, true);
+    }
+  }
+  remove_gone();
 }
 
 // The connection on which that scan's device has opened it, or empty.

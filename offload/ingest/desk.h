@@ -28,8 +28,11 @@ class Desk {
  public:
   // send: hands a message to a peer; false when the peer has gone or does not read.
   using Send = std::function<bool(const std::string& peer, wire::Message message)>;
+  // Whether a key is on the list of devices still.
+  using IsAllowed = std::function<bool(const std::string& key)>;
 
-  Desk(DeskOptions options, Store& store, Send send, std::function<void(const std::string& scan_id)> on_queued);
+  Desk(DeskOptions options, Store& store, IsAllowed is_allowed, Send send,
+       std::function<void(const std::string& scan_id)> on_queued);
 
   // One message, as it came: key is the peer's authenticated public key, bytes what it sent.
   void receive(const std::string& peer, const std::string& key, std::string_view bytes);
@@ -39,8 +42,9 @@ class Desk {
   // The scan's job is done or failed; the store says which.
   void publish_end(const std::string& scan_id);
 
-  // Ends conversations with devices that have not been heard of for the silence timeout.
-  void forget_silent();
+  // Ends conversations with devices that have not been heard of for the silence timeout, or are not on the list any
+  // more.
+  void forget_gone();
 
  private:
   struct Conversation {
@@ -68,6 +72,7 @@ class Desk {
   DeskOptions options_;
   Store& store_;
   Receiver receiver_;
+  IsAllowed is_allowed_;
   Send send_;
   std::function<void(const std::string&)> on_queued_;
   std::map<std::string, Conversation> conversations_;    // by peer

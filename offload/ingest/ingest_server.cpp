@@ -127,8 +127,10 @@ void IngestServer::Worker::stop() {
 }
 
 void IngestServer::Worker::serve() {
+  AllowList allowed(options_.allow_list);
   Desk desk(
       {options_.credit_bytes, options_.max_file_bytes, options_.silence_timeout}, store_,
+      [&](const std::string& key) { return allowed.contains(key); },
       [this](const std::string& peer, wire::Message message) { return send(peer, std::move(message)); }, on_queued_);
   while (true) {
     std::array<zmq::pollitem_t, 2> items = {
@@ -142,7 +144,7 @@ void IngestServer::Worker::serve() {
     deliver_posts(desk);
     for (int i = 0; i < messages_between_posts && receive_one(desk); ++i) {
     }
-    desk.forget_silent();
+    desk.forget_gone();
   }
 }
 

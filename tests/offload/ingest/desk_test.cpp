@@ -24,6 +24,7 @@ class DeskTest : public testing::Test {
   void start() {
     desk_ = std::make_unique<Desk>(
         DeskOptions{credit, 1 << 24, std::chrono::minutes(1)}, *store_,
+        [this](const std::string& key) { return !shut_out_.contains(key); },
         [this](const std::string& peer, wire::Message message) {
           sent_[peer].push_back(std::move(message));
           return true;
@@ -58,6 +59,7 @@ class DeskTest : public testing::Test {
   std::unique_ptr<Desk> desk_;
   std::map<std::string, std::vector<wire::Message>> sent_;
   std::vector<std::string> queued_;
+  std::set<std::string> shut_out_;  // keys
   const Scan scan_ = small_scan();
   const std::string name_ = keyframe_name(1);
   const std::string content_ = std::string(1000, 'a') + std::string(1000, 'b');
@@ -179,6 +181,26 @@ TEST_F(DeskTest, AFileThatIsTooLargeIsRefused) {
   open("a", scan_);
   say("a", wire::FileChunk{scan_.id, {name_, 1ULL << 40, std::string(64, 'a')}, 0, "x"});
   EXPECT_TRUE(heard<wire::Refused>("a"));
+}
+
+TEST_F(DeskTest, ADeviceThatIsShutOutIsToldAtOnceAndStaysOut) {
+  greet("a");
+  open("a", scan_);
+  greet("b");
+  shut_out_.insert("key of a");
+  desk_->forget_gone();
+  EXPECT_TRUE(heard<wire::Refused>("a")->permanent);
+  EXPECT_FALSE(heard<wire::Refused>("b"));
+  say("a", chunk_of(scan_.id, name_, content_, 0, 2000));
+  EXPECT_TRUE(heard<wire::Refused>("a")->permanent);
+  greet("a");  // on the connection it still has
+  EXPECT_TRUE(heard<wire::Refused>("a")->permanent);
+  EXPECT_FALSE(stored(scan_.id, name_));
+  say("b", wire::Ping{});
+  EXPECT_TRUE(heard<wire::Pong>("b"));
+  shut_out_.clear();
+  greet("a");
+  EXPECT_TRUE(heard<wire::Welcome>("a"));
 }
 
 TEST_F(DeskTest, TheSameDeviceOnANewConnectionEndsTheOld) {
