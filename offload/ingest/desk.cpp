@@ -137,8 +137,8 @@ void Desk::take_chunk(const std::string& peer, Conversation& device, const wire:
   Result<std::optional<wire::Message>> answer = receiver_.accept(chunk);
   if (!answer) return give_up(peer, answer.error());
   device.spent += wire::cost_of(chunk.data.size());
-  // In a few large grants: one for every chunk would double the number of messages.
-  if (device.spent >= options_.credit_bytes / 4) {
+  // For every large chunk, because the device paces itself by it; for small ones not one each.
+  if (device.spent >= wire::max_chunk_bytes / 2) {
     send(peer, wire::Credit{std::exchange(device.spent, 0)});
   }
   if (*answer) send(peer, std::move(**answer));

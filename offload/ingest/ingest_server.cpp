@@ -174,9 +174,8 @@ void IngestServer::Worker::deliver_posts(Desk& desk) {
 
 bool IngestServer::Worker::send(const std::string& peer, wire::Message message) {
   try {
-    const std::string body = wire::encode(std::move(message));
     return socket_->send(zmq::buffer(peer), zmq::send_flags::dontwait | zmq::send_flags::sndmore) &&
-           socket_->send(zmq::buffer(body), zmq::send_flags::dontwait);
+           socket_->send(message_of(wire::encode(std::move(message))), zmq::send_flags::dontwait);
   } catch (const zmq::error_t&) {
     return false;  // EHOSTUNREACH: the device has left
   }
