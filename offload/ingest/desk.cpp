@@ -56,8 +56,9 @@ struct Desk::Handler {
   void operator()(const wire::ScanClose& m) const { desk.close_scan(peer, m); }
   void operator()(const wire::ResultRequest& m) const { desk.send_result(peer, m); }
   void operator()(const wire::ResultAck& m) const {
+    // An acknowledgement of results that are being made anew is late, not wrong.
+    if (Result<void> done = desk.store_.set_delivered(m.scan); !done) return spdlog::info("{}", done.error().message());
     spdlog::info("scan {} delivered to {}", m.scan, device.device_name);
-    if (Result<void> done = desk.store_.set_delivered(m.scan); !done) desk.give_up(peer, done.error());
   }
   template <class Other>
   void operator()(const Other& /*not for a host*/) const {
@@ -119,6 +120,14 @@ void Desk::open_scan(const std::string& peer, Conversation& device, const wire::
     spdlog::warn("device {} asked for scan {}, which belongs to another device", device.device_name, open.scan);
     return send(peer, refusal(open.scan, "the scan belongs to another device"));
   }
+  if (!*known) {
+    const Result<std::optional<std::string>> reason = no_place_for(open);
+    if (!reason) return give_up(peer, reason.error());
+    if (*reason) {
+      spdlog::warn("scan {} of device {} is not taken: {}", open.scan, device.device_name, **reason);
+      return send(peer, refusal(open.scan, **reason));
+    }
+  }
   if (Result<void> opened = store_.open_scan(*scan, device.key, device.device_name); !opened) {
     return give_up(peer, opened.error());
   }
@@ -130,6 +139,20 @@ void Desk::open_scan(const std::string& peer, Conversation& device, const wire::
   if (phase == wire::ScanPhase::done) return send_end(peer, open.scan);
   const auto latest = progress_.find(open.scan);
   if (latest != progress_.end()) send(peer, latest->second);
+}
+
+// Why the host does not begin with a scan it does not know, if it does not.
+Result<std::optional<std::string>> Desk::no_place_for(const wire::ScanOpen& open) const {
+  using Reason = std::optional<std::string>;
+  const Result<std::optional<std::string>> deleted = store_.deleted_at(open.scan);
+  if (!deleted) return tl::unexpected(deleted.error());
+  if (*deleted) return Reason("it was deleted here on " + **deleted);
+  const Result<std::uint64_t> left = store_.free_bytes();
+  if (!left) return tl::unexpected(left.error());
+  if (*left >= options_.reserve_bytes) return Reason();
+  constexpr std::uint64_t mib = 1 << 20;
+  return Reason("the host's disk is nearly full (" + std::to_string(*left / mib) + " MiB left, " +
+                std::to_string(options_.reserve_bytes / mib) + " MiB are kept free); free some space there");
 }
 
 void Desk::take_chunk(const std::string& peer, Conversation& device, const wire::FileChunk& chunk) {

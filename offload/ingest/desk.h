@@ -20,6 +20,7 @@ struct DeskOptions {
   std::uint64_t credit_bytes = 0;
   std::uint64_t max_file_bytes = 0;
   std::chrono::milliseconds silence_timeout{};
+  std::uint64_t reserve_bytes = 0;  // no new scan is taken when less is left on the store's disk
 };
 
 // A peer is a connection (its routing id), a device is a CURVE key. A device has one conversation at a time: its last
@@ -58,6 +59,7 @@ class Desk {
 
   void greet(const std::string& peer, const std::string& key, const wire::Hello& hello);
   void open_scan(const std::string& peer, Conversation& device, const wire::ScanOpen& open);
+  Result<std::optional<std::string>> no_place_for(const wire::ScanOpen& open) const;
   void take_chunk(const std::string& peer, Conversation& device, const wire::FileChunk& chunk);
   void close_scan(const std::string& peer, const wire::ScanClose& close);
   void send_result(const std::string& peer, const wire::ResultRequest& request);

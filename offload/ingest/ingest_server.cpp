@@ -129,7 +129,7 @@ void IngestServer::Worker::stop() {
 void IngestServer::Worker::serve() {
   AllowList allowed(options_.allow_list);
   Desk desk(
-      {options_.credit_bytes, options_.max_file_bytes, options_.silence_timeout}, store_,
+      {options_.credit_bytes, options_.max_file_bytes, options_.silence_timeout, options_.reserve_bytes}, store_,
       [&](const std::string& key) { return allowed.contains(key); },
       [this](const std::string& peer, wire::Message message) { return send(peer, std::move(message)); }, on_queued_);
   while (true) {
