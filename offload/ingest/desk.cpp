@@ -2,6 +2,7 @@
 #include "offload/ingest/desk.h"
 
 #include "common/bundle/bundle.h"
+#include "common/bundle/disk_space.h"
 
 #include <spdlog/spdlog.h>
 #include <algorithm>
@@ -147,7 +148,7 @@ Result<std::optional<std::string>> Desk::no_place_for(const wire::ScanOpen& open
   const Result<std::optional<std::string>> deleted = store_.deleted_at(open.scan);
   if (!deleted) return tl::unexpected(deleted.error());
   if (*deleted) return Reason("it was deleted here on " + **deleted);
-  const Result<std::uint64_t> left = store_.free_bytes();
+  const Result<std::uint64_t> left = free_bytes(store_.folder());
   if (!left) return tl::unexpected(left.error());
   if (*left >= options_.reserve_bytes) return Reason();
   constexpr std::uint64_t mib = 1 << 20;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of the store that look after the disk: whether scans are whole, how they go, and how much room is left.
+// The parts of the store that look after what is on disk: whether scans are whole, and how they go.
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/sha256.h"
 #include "common/log/utc_time.h"
@@ -7,10 +7,7 @@
 #include "offload/store/store.h"
 
 #include <spdlog/spdlog.h>
-#include <sys/statvfs.h>
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <system_error>
 
 namespace gyre {
@@ -122,14 +119,6 @@ Result<void> Store::finish_deletions() {
 Result<std::optional<std::string>> Store::deleted_at(const std::string& scan_id) const {
   const std::lock_guard guard(mutex_);
   return first(*database_, "SELECT at FROM deleted WHERE scan = ?", std::string_view(scan_id));
-}
-
-Result<std::uint64_t> Store::free_bytes() const {
-  struct statvfs info {};
-  if (::statvfs(folder_.c_str(), &info) != 0) {
-    return fail("cannot look at the disk", folder_.string() + " (" + std::strerror(errno) + ")");
-  }
-  return static_cast<std::uint64_t>(info.f_bavail) * info.f_frsize;
 }
 
 }  // namespace gyre

@@ -94,9 +94,6 @@ class Store {
   // When the scan was deleted, or nothing.
   Result<std::optional<std::string>> deleted_at(const std::string& scan_id) const;
 
-  // Space left on the store's disk for others than root, bytes.
-  Result<std::uint64_t> free_bytes() const;
-
  private:
   Store(std::filesystem::path folder, FolderLock lock, std::unique_ptr<Database> database);
   Result<void> finish_deletions();
