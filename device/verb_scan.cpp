@@ -33,6 +33,7 @@ struct ScanFlags {
   std::string out;
   double height_mm = 0.0;
   double patience_s = 60.0;
+  double bandwidth_mbit = 0.0;
 };
 
 // What makes two calls the same scan.
@@ -44,6 +45,7 @@ Result<UplinkOptions> uplink_options(const ScanFlags& given) {
   UplinkOptions options;
   options.host = given.host;
   options.device_name = given.name;
+  options.limit_bytes_per_s = given.bandwidth_mbit * 1e6 / 8.0;
   const Result<KeyPair> keys = read_or_make_key_pair(device_key(given.keys));
   if (!keys) return tl::unexpected(keys.error());
   options.keys = *keys;
@@ -194,6 +196,9 @@ void add_scan_flags(CLI::App& verb, ScanFlags& flags) {
       ->check(CLI::IsMember({"recorded", "fast"}))
       ->capture_default_str();
   verb.add_option("--out", flags.out, "folder that also gets what the host sends back; default: none");
+  verb.add_option("--bandwidth-mbit", flags.bandwidth_mbit, "what sending may take of the line, Mbit/s; 0: all of it")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   verb.add_option("--patience-s", flags.patience_s, "how long to wait for a host that does not answer, seconds")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();

@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   gyre::add_template_verb(app, run);
   gyre::add_pair_verb(app, run);
   gyre::add_evaluate_verb(app, run);
+  gyre::add_store_verb(app, run);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

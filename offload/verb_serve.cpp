@@ -20,6 +20,7 @@ struct ServeFlags {
   std::string endpoint = "tcp://*:7410";
   std::string key;
   std::string allow;
+  double reserve_gib = 1.0;
   PipelineFlags flags;
 };
 
@@ -114,6 +115,7 @@ int serve(const ServeFlags& given) {
   IngestOptions options;
   options.endpoint = given.endpoint;
   options.allow_list = given.allow.empty() ? folder / "devices" : std::filesystem::path(given.allow);
+  options.reserve_bytes = static_cast<std::uint64_t>(given.reserve_gib * (1 << 30));
   const Result<KeyPair> keys =
       read_or_make_key_pair(given.key.empty() ? folder / "host.key" : std::filesystem::path(given.key));
   if (!keys) return report_error(keys.error());
@@ -149,6 +151,9 @@ void add_serve_verb(CLI::App& app, Verb& run) {
   verb->add_option("--key", flags->key, "file of the host's secret key, made when missing; default: STORE/host.key");
   verb->add_option("--devices", flags->allow,
                    "folder with the public keys of the devices let in; default: STORE/devices");
+  verb->add_option("--reserve-gib", flags->reserve_gib, "new scans are refused when less is left on the disk, GiB")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   add_pipeline_flags(*verb, flags->flags);
   verb->callback([flags, &run] { run = [flags] { return serve(*flags); }; });
 }

@@ -24,6 +24,7 @@ void add_stage_verb(CLI::App& app, Verb& run);
 void add_template_verb(CLI::App& app, Verb& run);
 void add_pair_verb(CLI::App& app, Verb& run);
 void add_evaluate_verb(CLI::App& app, Verb& run);
+void add_store_verb(CLI::App& app, Verb& run);
 
 // Prints the error as one line on stderr and returns its exit code.
 int report_error(const Error& error);

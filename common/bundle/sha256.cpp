@@ -1,33 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/bundle/sha256.h"
 
-#include <sodium.h>
+#include <openssl/evp.h>
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <fstream>
+#include <memory>
 #include <vector>
 
 namespace gyre {
 
 namespace {
 
+// OpenSSL's, because it uses the processor's own instructions for it, which are five times as fast.
 class Sha256 {
  public:
-  Sha256() { crypto_hash_sha256_init(&state_); }
+  Sha256() : state_(EVP_MD_CTX_new()) {
+    if (!state_ || EVP_DigestInit_ex(state_.get(), EVP_sha256(), nullptr) != 1) std::abort();
+  }
   void add(const void* data, std::size_t size) {
-    crypto_hash_sha256_update(&state_, static_cast<const unsigned char*>(data), size);
+    if (EVP_DigestUpdate(state_.get(), data, size) != 1) std::abort();
   }
   std::string hex() {
-    std::array<unsigned char, crypto_hash_sha256_BYTES> digest{};
-    crypto_hash_sha256_final(&state_, digest.data());
-    std::string text(2 * digest.size() + 1, '\0');
-    sodium_bin2hex(text.data(), text.size(), digest.data(), digest.size());
-    text.pop_back();
+    std::array<unsigned char, 32> digest{};
+    if (EVP_DigestFinal_ex(state_.get(), digest.data(), nullptr) != 1) std::abort();
+    constexpr std::string_view digits = "0123456789abcdef";
+    std::string text;
+    for (const unsigned char byte : digest) {
+      text += digits[byte >> 4];
+      text += digits[byte & 15];
+    }
     return text;
   }
 
  private:
-  crypto_hash_sha256_state state_{};
+  struct Free {
+    void operator()(EVP_MD_CTX* state) const { EVP_MD_CTX_free(state); }
+  };
+  std::unique_ptr<EVP_MD_CTX, Free> state_;
 };
 
 }  // namespace

@@ -3,7 +3,9 @@
 #include "common/bundle/bundle.h"
 #include "common/keys/keys.h"
 
+#include <sys/stat.h>
 #include <algorithm>
+#include <ctime>
 
 namespace gyre {
 
@@ -16,11 +18,28 @@ std::filesystem::path file_of(const std::filesystem::path& allow_list, const std
   return allow_list / (name + std::string(key_suffix));
 }
 
+}  // namespace
+
+bool AllowList::contains(const std::string& public_key) {
+  // Times of change are only as fine as the kernel's tick: within some ticks of one, there may be another unseen.
+  constexpr std::int64_t ticks_ns = 50'000'000;
+  const auto ns_of = [](const timespec& t) { return static_cast<std::int64_t>(t.tv_sec) * 1'000'000'000 + t.tv_nsec; };
+  struct stat info {};
+  const std::int64_t changed = ::stat(folder_.c_str(), &info) == 0 ? ns_of(info.st_mtim) : 0;
+  if (changed == 0 || changed != changed_ns_) {
+    timespec now{};
+    ::clock_gettime(CLOCK_REALTIME_COARSE, &now);
+    const std::int64_t age = ns_of(now) - changed;
+    changed_ns_ = age > ticks_ns ? changed : 0;
+    keys_.clear();
+    for (const AuthorisedDevice& device : authorised_devices(folder_)) keys_.insert(device.public_key);
+  }
+  return keys_.contains(public_key);
+}
+
 bool is_device_name(std::string_view name) {
   return name.size() <= longest_name && is_safe_name(name);
 }
-
-}  // namespace
 
 Result<void> authorise_device(const std::filesystem::path& allow_list, const std::string& name,
                               const std::string& public_key) {

@@ -11,6 +11,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 
 namespace gyre {
@@ -31,6 +32,13 @@ std::filesystem::path public_file(std::filesystem::path file) {
 // The first line, without its end.
 std::string first_line(const std::string& content) {
   return content.substr(0, content.find_first_of("\r\n"));
+}
+
+// A secret that the service manager hands over (systemd.exec(5), LoadCredential=): its folder is for this service
+// alone, and the access list that makes it so shows up as rights of the group.
+bool is_credential(const std::filesystem::path& file) {
+  const char* folder = std::getenv("CREDENTIALS_DIRECTORY");
+  return folder != nullptr && *folder == '/' && file.parent_path() == std::filesystem::path(folder);
 }
 
 tl::unexpected<Error> cannot_write(const std::filesystem::path& file) {
@@ -81,7 +89,7 @@ Result<void> write_key_pair(const std::filesystem::path& file, const KeyPair& ke
 
 Result<KeyPair> read_key_pair(const std::filesystem::path& file) {
   struct stat info {};
-  if (::stat(file.c_str(), &info) == 0 && (info.st_mode & 077) != 0) {
+  if (!is_credential(file) && ::stat(file.c_str(), &info) == 0 && (info.st_mode & 077) != 0) {
     return fail("the secret key can be read by others", file.string(), "chmod 600 it, or make a new pair");
   }
   const Result<std::string> content = read_file(file);

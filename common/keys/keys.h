@@ -4,8 +4,10 @@
 
 #include "common/result/result.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,7 +43,8 @@ KeyPair make_key_pair();
 // Writes the secret key to `file` (mode 0600) and the public key next to it, as `file`.pub. Never overwrites a key.
 Result<void> write_key_pair(const std::filesystem::path& file, const KeyPair& keys);
 
-// Reads the secret key in `file` and derives the public one. A file others may read is refused.
+// Reads the secret key in `file` and derives the public one. A file others may read is refused, unless it lies in the
+// folder of systemd's credentials.
 Result<KeyPair> read_key_pair(const std::filesystem::path& file);
 
 // Reads the pair, or makes and writes one when there is none yet.
@@ -57,7 +60,10 @@ struct AuthorisedDevice {
   std::string public_key;
 };
 
-// Lets a device in from now on. name: letters, digits, '-', '_' and '.', at most 64; an existing name gets the new key.
+// True for what a device may be called on the list: letters, digits, '-', '_' and '.', at most 64.
+bool is_device_name(std::string_view name);
+
+// Lets a device in from now on; an existing name gets the new key.
 Result<void> authorise_device(const std::filesystem::path& allow_list, const std::string& name,
                               const std::string& public_key);
 
@@ -69,5 +75,17 @@ std::vector<AuthorisedDevice> authorised_devices(const std::filesystem::path& al
 
 // Name of the device with that key, or nothing when it may not connect.
 std::optional<std::string> authorised_name(const std::filesystem::path& allow_list, std::string_view public_key);
+
+// The list for those who ask at every message: read again only when it has changed. For one thread.
+class AllowList {
+ public:
+  explicit AllowList(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  bool contains(const std::string& public_key);
+
+ private:
+  std::filesystem::path folder_;
+  std::set<std::string> keys_;
+  std::int64_t changed_ns_ = 0;  // when the folder changed that keys_ shows; 0: it may have changed since
+};
 
 }  // namespace gyre

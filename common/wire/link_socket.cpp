@@ -3,6 +3,8 @@
 
 #include "common/wire/wire.h"
 
+#include <memory>
+#include <utility>
 #include <zmq.hpp>
 
 namespace gyre {
@@ -50,6 +52,14 @@ void configure_host_socket(zmq::socket_t& socket, const KeyPair& keys) {
   socket.set(zmq::sockopt::curve_server, true);
   socket.set(zmq::sockopt::zap_domain, "gyre");
   socket.set(zmq::sockopt::router_mandatory, true);  // sending to a device that left is an error, not silence
+}
+
+zmq::message_t message_of(std::string bytes) {
+  auto owner = std::make_unique<std::string>(std::move(bytes));
+  const auto free = [](void*, void* hint) { delete static_cast<std::string*>(hint); };
+  zmq::message_t message(owner->data(), owner->size(), free, owner.get());
+  static_cast<void>(owner.release());  // libzmq's now
+  return message;
 }
 
 }  // namespace gyre

@@ -7,8 +7,9 @@
 #include <string>
 
 namespace zmq {
+class message_t;
 class socket_t;
-}
+}  // namespace zmq
 
 namespace gyre {
 
@@ -19,5 +20,8 @@ void configure_device_socket(zmq::socket_t& socket, const KeyPair& keys, const s
 // Options of the host's ROUTER before it binds. A ZAP handler must already be bound: without one, libzmq lets every key
 // in.
 void configure_host_socket(zmq::socket_t& socket, const KeyPair& keys);
+
+// A message of those bytes, not copied.
+zmq::message_t message_of(std::string bytes);
 
 }  // namespace gyre

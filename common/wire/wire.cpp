@@ -3,6 +3,8 @@
 
 #include "common/bundle/bundle.h"
 #include "common/bundle/ulid.h"
+#include "common/keys/cpace.h"
+#include "common/keys/keys.h"
 
 #include <gyre.pb.h>
 #include <algorithm>
@@ -157,6 +159,20 @@ struct Encoder {
     to.set_data(std::move(m.data));
   }
   void operator()(const ResultAck& m) const { out.mutable_result_ack()->set_scan(m.scan); }
+  void operator()(const PairRequest& m) const {
+    auto& to = *out.mutable_pair_request();
+    to.set_device_name(m.device_name);
+    to.set_public_key(m.public_key);
+    to.set_session(m.session);
+    to.set_share(m.share);
+  }
+  void operator()(const PairAnswer& m) const {
+    auto& to = *out.mutable_pair_answer();
+    to.set_public_key(m.public_key);
+    to.set_share(m.share);
+  }
+  void operator()(const PairProof& m) const { out.mutable_pair_proof()->set_tag(m.tag); }
+  void operator()(const PairDone& m) const { out.mutable_pair_done()->set_tag(m.tag); }
 };
 
 // The envelope's message as our struct; its text is made fit to show, its other fields are not checked yet.
@@ -222,6 +238,16 @@ Message message_of(pb::Envelope& envelope) {
     }
     case pb::Envelope::kResultAck:
       return ResultAck{envelope.result_ack().scan()};
+    case pb::Envelope::kPairRequest: {
+      const auto& m = envelope.pair_request();
+      return PairRequest{m.device_name(), m.public_key(), m.session(), m.share()};
+    }
+    case pb::Envelope::kPairAnswer:
+      return PairAnswer{envelope.pair_answer().public_key(), envelope.pair_answer().share()};
+    case pb::Envelope::kPairProof:
+      return PairProof{envelope.pair_proof().tag()};
+    case pb::Envelope::kPairDone:
+      return PairDone{envelope.pair_done().tag()};
     case pb::Envelope::BODY_NOT_SET:
       break;
   }
@@ -279,12 +305,25 @@ struct Checker {
     return m.data.size() > max_chunk_bytes ? "chunk size" : fault_of(m.scan, file(m.name, m.sha256));
   }
   Fault operator()(const ResultAck& m) const { return scan(m.scan); }
+  Fault operator()(const PairRequest& m) const {
+    if (!is_device_name(m.device_name)) return "device name";
+    if (m.session.size() != pair_session_bytes) return "session";
+    return pairing(m.public_key, m.share);
+  }
+  Fault operator()(const PairAnswer& m) const { return pairing(m.public_key, m.share); }
+  Fault operator()(const PairProof& m) const { return tag_size(m.tag); }
+  Fault operator()(const PairDone& m) const { return tag_size(m.tag); }
   template <class Other>
   Fault operator()(const Other& /*has nothing to check*/) const {
     return nullptr;
   }
 
  private:
+  static Fault pairing(const std::string& public_key, const std::string& share) {
+    if (!is_public_key(public_key)) return "public key";
+    return share.size() == cpace_share_bytes ? nullptr : "share";
+  }
+  static Fault tag_size(const std::string& tag) { return tag.size() == cpace_tag_bytes ? nullptr : "proof"; }
   static Fault fault_of(const std::string& id, Fault fault) { return fault ? fault : scan(id); }
 };
 

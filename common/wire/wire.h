@@ -13,6 +13,11 @@
 //   ResultRequest, one for every chunk ▶    ResultChunk
 //   ResultAck                          ▶
 //   Ping                               ▶    Pong
+//
+// A pairing is a conversation of its own, on a socket that takes nothing else (common/wire/pairing.h):
+//
+//   PairRequest                        ▶    PairAnswer
+//   PairProof                          ▶    PairDone, or Refused
 #pragma once
 
 #include "common/result/result.h"
@@ -153,12 +158,37 @@ struct ResultAck {
   std::string scan;
 };
 
+// A device asks to be let in. session: random bytes; share: its part of the key exchange (common/keys/cpace.h).
+struct PairRequest {
+  std::string device_name;
+  std::string public_key;  // Z85
+  std::string session;
+  std::string share;
+};
+
+struct PairAnswer {
+  std::string public_key;  // of the host
+  std::string share;
+};
+
+// Shows that the device knows the code.
+struct PairProof {
+  std::string tag;
+};
+
+// The device is on the list; shows that the host knows the code.
+struct PairDone {
+  std::string tag;
+};
+
+constexpr std::size_t pair_session_bytes = 16;
+
 // A message of a newer minor version: to be ignored.
 struct Unknown {};
 
-using Message =
-    std::variant<Unknown, Hello, Welcome, Refused, Ping, Pong, Credit, ScanOpen, ScanState, FileChunk, FileAck,
-                 FileResume, Discard, ScanClose, StageProgress, ResultOffer, ResultRequest, ResultChunk, ResultAck>;
+using Message = std::variant<Unknown, Hello, Welcome, Refused, Ping, Pong, Credit, ScanOpen, ScanState, FileChunk,
+                             FileAck, FileResume, Discard, ScanClose, StageProgress, ResultOffer, ResultRequest,
+                             ResultChunk, ResultAck, PairRequest, PairAnswer, PairProof, PairDone>;
 
 // The bytes of one ZeroMQ message.
 std::string encode(Message message);

@@ -2,6 +2,7 @@
 #include "device/spool/spool.h"
 
 #include "common/bundle/atomic_file.h"
+#include "common/bundle/disk_space.h"
 #include "common/bundle/sha256.h"
 #include "common/bundle/ulid.h"
 #include "device/spool/journal.h"
@@ -87,17 +88,18 @@ struct Spool::Entry {
   }
 };
 
-Spool::Spool(fs::path folder, FolderLock lock) : folder_(std::move(folder)), lock_(std::move(lock)) {}
+Spool::Spool(fs::path folder, FolderLock lock, std::uint64_t reserve_bytes)
+    : folder_(std::move(folder)), lock_(std::move(lock)), reserve_bytes_(reserve_bytes) {}
 
 Spool::~Spool() = default;
 
-Result<std::unique_ptr<Spool>> Spool::open(const fs::path& folder) {
+Result<std::unique_ptr<Spool>> Spool::open(const fs::path& folder, std::uint64_t reserve_bytes) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) return fail("cannot create the spool", folder.string() + " (" + error.message() + ")");
   Result<FolderLock> lock = FolderLock::take(folder);
   if (!lock) return tl::unexpected(lock.error());
-  std::unique_ptr<Spool> spool(new Spool(folder, std::move(*lock)));
+  std::unique_ptr<Spool> spool(new Spool(folder, std::move(*lock), reserve_bytes));
   for (auto it = fs::directory_iterator(folder, error); !error && it != fs::directory_iterator(); it.increment(error)) {
     const std::string id = it->path().filename().string();
     if (!is_ulid(id) || !fs::exists(spool->journal_file(id))) continue;
@@ -203,6 +205,7 @@ Result<void> Spool::add_file(const std::string& scan_id, const std::string& name
       return {};
     }
     if ((*entry)->scan.phase != SpoolPhase::recording) return fail("the scan is already closed", scan_id);
+    if (Result<void> room = make_room(bytes.size()); !room) return room;
     if (Result<void> written = write_file(bundle(scan_id).root() / name, bytes); !written) return written;
     const Result<void> recorded = (*entry)->record(file_event(name, bytes.size(), std::move(hash)));
     if (!recorded) return recorded;
@@ -271,11 +274,36 @@ Result<void> Spool::remove_scan(const std::string& scan_id) {
   if (phase == SpoolPhase::recording || phase == SpoolPhase::closed) {
     return fail("the host does not have the whole scan yet", scan_id, "it can be removed when it has");
   }
+  return erase(scan_id);
+}
+
+// The mutex is held.
+Result<void> Spool::erase(const std::string& scan_id) {
   scans_.erase(scan_id);
   std::error_code error;
   fs::remove_all(folder_ / scan_id, error);
   if (error) return fail("cannot remove the scan", scan_id + " (" + error.message() + ")");
   return sync_path(folder_);
+}
+
+// Sees to it that the reserve is still there after `bytes` more. The mutex is held.
+Result<void> Spool::make_room(std::uint64_t bytes) {
+  while (true) {
+    const Result<std::uint64_t> left = free_bytes(folder_);
+    if (!left) return tl::unexpected(left.error());
+    if (*left >= reserve_bytes_ + bytes) return {};
+    const auto oldest = std::find_if(scans_.begin(), scans_.end(), [](const auto& entry) {
+      return entry.second->scan.phase == SpoolPhase::delivered;
+    });
+    if (oldest == scans_.end()) {
+      return fail("this device's disk is nearly full",
+                  folder_.string() + " (" + std::to_string(*left >> 20) + " MiB left)",
+                  "end the scan with what it has; then let the host fetch what waits here, or free some space");
+    }
+    const std::string id = oldest->first;
+    spdlog::info("scan {} makes room for another: the host has it, and its results were here", id);
+    if (Result<void> gone = erase(id); !gone) return gone;
+  }
 }
 
 void Spool::on_change(std::function<void()> listener) {

@@ -23,12 +23,17 @@ namespace gyre {
 
 // All scans of the device, each a bundle in <folder>/<scan-id>/ with a journal spool.jsonl in it. Survives a kill at
 // any moment: a file or step whose call returned is there after a restart, one whose call did not return may be missing
-// whole, never half. Nothing is deleted that the host has not acknowledged, except what the selection discarded.
+// whole, never half. Nothing is deleted that the host has not acknowledged, except what the selection discarded; and of
+// that only scans whose results are here, when a new one needs their room.
 // All methods may be called from any thread. Every error leaves the scan as it was.
 class Spool {
  public:
+  // So much room stays free on the disk: for the end of a scan, for results, and for everybody else.
+  static constexpr std::uint64_t usual_reserve = 256 << 20;
+
   // Opens or creates the folder, locks it against a second process and puts right what a crash left behind.
-  static Result<std::unique_ptr<Spool>> open(const std::filesystem::path& folder);
+  static Result<std::unique_ptr<Spool>> open(const std::filesystem::path& folder,
+                                             std::uint64_t reserve_bytes = usual_reserve);
   ~Spool();
   Spool(const Spool&) = delete;
   Spool& operator=(const Spool&) = delete;
@@ -39,7 +44,9 @@ class Spool {
   Result<void> open_scan(const Scan& scan);
 
   // Stores one file of a scan being recorded; from now on the uplink may send it. name: "frames/" + frame_name(...).
-  // The same bytes again are fine and do nothing; other bytes replace the file. A full disk is an error that says so.
+  // The same bytes again are fine and do nothing; other bytes replace the file. When the room on the disk comes to an
+  // end, scans whose results are here make room, the oldest first; when there are none left it is an error that says
+  // so, with room enough to close the scan with what it has.
   Result<void> add_file(const std::string& scan_id, const std::string& name, std::span<const std::byte> bytes);
 
   // Takes back a candidate that the exact selection dropped. An unknown name is fine.
@@ -80,16 +87,19 @@ class Spool {
 
  private:
   struct Entry;
-  Spool(std::filesystem::path folder, FolderLock lock);
+  Spool(std::filesystem::path folder, FolderLock lock, std::uint64_t reserve_bytes);
   std::filesystem::path journal_file(const std::string& scan_id) const;
   Result<void> load(const std::string& scan_id);
   Result<void> repair(Entry& entry);
   Result<Entry*> find(const std::string& scan_id) const;
   Result<void> record(const std::string& scan_id, const SpoolEvent& event);
+  Result<void> make_room(std::uint64_t bytes);
+  Result<void> erase(const std::string& scan_id);
   void notify() const;
 
   std::filesystem::path folder_;
   FolderLock lock_;
+  std::uint64_t reserve_bytes_;
   mutable std::mutex mutex_;
   std::map<std::string, std::unique_ptr<Entry>> scans_;
   mutable std::mutex listener_mutex_;

@@ -11,10 +11,11 @@
 
 namespace gyre {
 
-// A scan on the device. Every step is on disk before it is reported:
+// A scan on the device. Every step is on disk before it is reported; spooled_scan.cpp has the table of all steps:
 //
-//   recording ──closed──▶ closed ──host has all──▶ acknowledged ──avatar here──▶ delivered
-//                           └──────host gave up──────▶ failed ────avatar here──▶ delivered
+//   recording ──closed──▶ closed ──acknowledged──▶ acknowledged ──delivered──▶ delivered
+//                          ▲ └────────failed────────▶ failed ◀──failed──┤
+//                          └──lost (the host has lost it)──┴────────────┘
 enum class SpoolPhase { recording, closed, acknowledged, delivered, failed };
 
 // A file of a scan: spooled (on our disk) ──▶ acknowledged (on the host's disk too); or discarded by the selection.

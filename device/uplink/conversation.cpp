@@ -33,7 +33,7 @@ struct Conversation::Handler {
     return {};
   }
   Result<void> operator()(const wire::Credit& m) const {
-    it.upload_.on(m);
+    it.upload_.on(m, Clock::now());
     return {};
   }
   Result<void> operator()(const wire::ScanState& m) const {
@@ -66,7 +66,7 @@ Conversation::Conversation(zmq::context_t& context, const UplinkOptions& options
       spool_(spool),
       events_(std::move(events)),
       socket_(std::make_unique<zmq::socket_t>(context, zmq::socket_type::dealer)),
-      upload_(spool) {
+      upload_(spool, options.limit_bytes_per_s) {
   configure_device_socket(*socket_, options.keys, options.host_public_key);
   monitor_ = std::make_unique<ConnectionMonitor>(context, *socket_);
 }
@@ -90,8 +90,8 @@ Ending Conversation::converse(Wakeup& wakeup, const std::atomic<bool>& stop) {
     std::array<zmq::pollitem_t, 3> items = {{{socket_->handle(), 0, ZMQ_POLLIN, 0},
                                              {monitor_->events().handle(), 0, ZMQ_POLLIN, 0},
                                              {nullptr, wakeup.descriptor(), ZMQ_POLLIN, 0}}};
-    const auto patience =
-        more_to_write_ ? std::chrono::milliseconds(0) : std::min(longest_poll, options_.ping_interval);
+    auto patience = more_to_write_ ? std::chrono::milliseconds(0) : std::min(longest_poll, options_.ping_interval);
+    if (const auto limited = upload_.wait(Clock::now()); limited.count() > 0) patience = std::min(patience, limited);
     zmq::poll(items.data(), items.size(), patience);
     if (items[2].revents != 0) {
       wakeup.clear();
@@ -146,7 +146,7 @@ std::optional<Ending> Conversation::read_messages() {
 std::optional<Ending> Conversation::write_messages() {
   more_to_write_ = false;
   for (int i = 0; greeted_ && i < messages_between_polls; ++i) {
-    Result<std::optional<wire::Message>> message = upload_.next();
+    Result<std::optional<wire::Message>> message = upload_.next(Clock::now());
     if (!message) return refused(message.error().message());
     if (!*message) return std::nullopt;
     if (Result<void> sent = send(std::move(**message)); !sent) return unreachable(sent.error().message());
@@ -192,7 +192,7 @@ Result<void> Conversation::on_chunk(const wire::ResultChunk& chunk) {
 
 Result<void> Conversation::send(wire::Message message) {
   // Credit bounds what waits here, so a full queue means that the connection is as good as dead.
-  if (socket_->send(zmq::buffer(wire::encode(std::move(message))), zmq::send_flags::dontwait)) return {};
+  if (socket_->send(message_of(wire::encode(std::move(message))), zmq::send_flags::dontwait)) return {};
   return fail("the connection does not move", options_.host);
 }
 

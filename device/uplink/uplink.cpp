@@ -41,6 +41,7 @@ Result<void> UplinkOptions::check() const {
     return wrong_use("the host's key is missing or not a key", host_public_key, "pair this device with the host");
   }
   if (!is_public_key(keys.public_key)) return wrong_use("this device has no key pair", "", "pair it with the host");
+  if (!(limit_bytes_per_s >= 0.0)) return wrong_use("limit_bytes_per_s is negative");
   if (reconnect_min.count() <= 0 || reconnect_max < reconnect_min) return wrong_use("reconnect_min and reconnect_max");
   if (ping_interval.count() <= 0 || silence_timeout <= ping_interval)
     return wrong_use("ping_interval, silence_timeout");

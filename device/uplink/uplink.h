@@ -18,6 +18,7 @@ struct UplinkOptions {
   std::string host_public_key;  // Z85
   KeyPair keys;                 // of this device
   std::string device_name;
+  double limit_bytes_per_s = 0.0;                    // for what goes up; 0: none
   std::chrono::milliseconds hello_timeout{5000};     // from connecting to the host's welcome
   std::chrono::milliseconds ping_interval{2000};     // a question after that much silence
   std::chrono::milliseconds silence_timeout{20000};  // then the connection counts as dead

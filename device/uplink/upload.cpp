@@ -15,13 +15,18 @@ using Next = std::optional<wire::Message>;
 // A host that answers ScanClose with the same gap again and again is at odds with itself.
 constexpr int max_closes = 5;
 
+tl::unexpected<Error> damaged(const std::filesystem::path& file) {
+  return fail("a spooled file is damaged on this device", file.string(),
+              "check its disk; the scan cannot be completed");
+}
+
 bool is_dropped(const SpooledFile& file) {
   return file.phase == SpooledFilePhase::discarded;
 }
 
 }  // namespace
 
-Result<Next> Upload::next() {
+Result<Next> Upload::next(Time now) {
   if (!stale_ && !current_) return Next();
   if (stale_) {
     // Something smaller than a chunk may have become due, or the current file may have been dropped.
@@ -36,7 +41,7 @@ Result<Next> Upload::next() {
     }
     stale_ = false;
   }
-  return next_chunk();
+  return next_chunk(now);
 }
 
 // Small messages of a scan first, then the choice of the next file; nothing when only chunks of a file are left to
@@ -76,40 +81,48 @@ Result<Next> Upload::next_of(const std::string& id, Scan& scan) {
 }
 
 Result<void> Upload::start(const std::string& id, Scan& scan, const SpooledFile& file) {
-  Result<std::string> content = read_file(spool_.bundle(id).root() / file.name);
-  if (!content) return tl::unexpected(content.error());
-  if (content->size() != file.size || (scan.resumed.contains(file.name) && sha256(*content) != file.sha256)) {
-    return fail("a spooled file is damaged on this device", (spool_.bundle(id).root() / file.name).string(),
-                "check its disk; the scan cannot be completed");
+  const std::filesystem::path path = spool_.bundle(id).root() / file.name;
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  bool whole = !error && size == file.size;
+  if (whole && scan.resumed.contains(file.name)) {
+    const Result<std::string> hash = sha256_of_file(path);
+    whole = hash && *hash == file.sha256;
   }
+  std::ifstream content(path, std::ios::binary);
+  if (!whole || !content) return damaged(path);
   const auto held = scan.held.find(file.name);
   const bool resume = held != scan.held.end() && held->second.file.sha256 == file.sha256;
   std::uint64_t offset = resume ? std::min(held->second.held, file.size) : 0;
   // The host has every byte but has not checked them: the last chunk again makes it do so.
   if (offset == file.size) offset -= std::min<std::uint64_t>(offset, wire::max_chunk_bytes);
   scan.at_host.insert(file.name);
-  current_ = Current{id, file, std::move(*content), offset, false};
+  content.seekg(static_cast<std::streamoff>(offset));
+  current_ = Current{id, file, std::move(content), offset};
   return {};
 }
 
-Result<Next> Upload::next_chunk() {
+Result<Next> Upload::next_chunk(Time now) {
   if (!current_) return Next();
-  const std::uint64_t left = current_->content.size() - current_->offset;
-  const std::uint64_t size = std::min<std::uint64_t>(left, wire::max_chunk_bytes);
-  if (credit_ < wire::cost_of(size)) return Next();
-  credit_ -= wire::cost_of(size);
   const SpooledFile& file = current_->file;
-  wire::FileChunk chunk{current_->scan,
-                        {file.name, file.size, file.sha256},
-                        current_->offset,
-                        current_->content.substr(current_->offset, size)};
+  const std::uint64_t size = std::min<std::uint64_t>(file.size - current_->offset, wire::max_chunk_bytes);
+  if (!pacer_.may_send(wire::cost_of(size), now)) return Next();
+  pacer_.sent(wire::cost_of(size), now);
+  wire::FileChunk chunk{current_->scan, {file.name, file.size, file.sha256}, current_->offset, std::string(size, '\0')};
+  if (!current_->content.read(chunk.data.data(), static_cast<std::streamsize>(size))) {
+    return damaged(spool_.bundle(current_->scan).root() / file.name);
+  }
   current_->offset += size;
-  if (current_->offset == current_->content.size()) {
+  if (current_->offset == file.size) {
     scans_[current_->scan].sent[file.name] = file.sha256;
     current_.reset();
     stale_ = true;
   }
   return Next(std::move(chunk));
+}
+
+std::chrono::milliseconds Upload::wait(Time now) const {
+  return current_ ? pacer_.wait(now) : std::chrono::milliseconds(0);
 }
 
 Result<void> Upload::on(const wire::ScanState& state) {

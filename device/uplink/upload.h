@@ -5,8 +5,11 @@
 #include "common/result/result.h"
 #include "common/wire/wire.h"
 #include "device/spool/spool.h"
+#include "device/uplink/pacer.h"
 
+#include <chrono>
 #include <cstdint>
+#include <fstream>
 #include <map>
 #include <optional>
 #include <set>
@@ -20,15 +23,21 @@ namespace gyre {
 // the connection: the next one asks the host. Errors: the spool cannot be read or written.
 class Upload {
  public:
-  explicit Upload(Spool& spool) : spool_(spool) {}
+  using Time = Pacer::Time;
+
+  // limit: bytes a second at most, 0 for none.
+  explicit Upload(Spool& spool, double limit = 0.0) : spool_(spool), pacer_(limit) {}
 
   // The spool may have changed.
   void refresh() { stale_ = true; }
 
-  // The next message to send, if there is one and credit for it.
-  Result<std::optional<wire::Message>> next();
+  // The next message to send, if there is one and it is time for it.
+  Result<std::optional<wire::Message>> next(Time now);
 
-  void on(const wire::Credit& credit) { credit_ += credit.bytes; }
+  // How long nothing but the limit keeps the next message back; zero when that does not.
+  std::chrono::milliseconds wait(Time now) const;
+
+  void on(const wire::Credit& credit, Time now) { pacer_.grant(credit.bytes, now); }
   Result<void> on(const wire::ScanState& state);
   Result<void> on(const wire::FileAck& ack);
   Result<void> on(const wire::FileResume& resume);
@@ -46,22 +55,21 @@ class Upload {
     std::set<std::string> resumed;               // names the host asked for again: their hash is checked before
     int closes = 0;                              // times ScanClose was answered with "something is missing"
   };
-  // The file being sent.
+  // The file being sent, open for reading.
   struct Current {
     std::string scan;
     SpooledFile file;
-    std::string content;
+    std::ifstream content;
     std::uint64_t offset = 0;
-    bool ended = false;
   };
 
   Result<std::optional<wire::Message>> next_of(const std::string& id, Scan& scan);
-  Result<std::optional<wire::Message>> next_chunk();
+  Result<std::optional<wire::Message>> next_chunk(Time now);
   Result<void> start(const std::string& id, Scan& scan, const SpooledFile& file);
   Result<void> host_lacks_files(const SpooledScan& scan, const wire::ScanState& state);
 
   Spool& spool_;
-  std::uint64_t credit_ = 0;
+  Pacer pacer_;
   bool stale_ = true;
   std::map<std::string, Scan> scans_;
   std::optional<Current> current_;

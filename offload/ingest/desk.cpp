@@ -2,6 +2,7 @@
 #include "offload/ingest/desk.h"
 
 #include "common/bundle/bundle.h"
+#include "common/bundle/disk_space.h"
 
 #include <spdlog/spdlog.h>
 #include <algorithm>
@@ -24,6 +25,8 @@ Result<std::string> read_chunk(const std::filesystem::path& file, std::uint64_t 
   data.resize(static_cast<std::size_t>(in.gcount()));
   return data;
 }
+
+constexpr const char* shut_out = "this device was shut out; pair it again";
 
 wire::ScanState refusal(const std::string& scan_id, const std::string& reason) {
   return {scan_id, wire::ScanPhase::refused, reason, {}};
@@ -54,8 +57,9 @@ struct Desk::Handler {
   void operator()(const wire::ScanClose& m) const { desk.close_scan(peer, m); }
   void operator()(const wire::ResultRequest& m) const { desk.send_result(peer, m); }
   void operator()(const wire::ResultAck& m) const {
+    // An acknowledgement of results that are being made anew is late, not wrong.
+    if (Result<void> done = desk.store_.set_delivered(m.scan); !done) return spdlog::info("{}", done.error().message());
     spdlog::info("scan {} delivered to {}", m.scan, device.device_name);
-    if (Result<void> done = desk.store_.set_delivered(m.scan); !done) desk.give_up(peer, done.error());
   }
   template <class Other>
   void operator()(const Other& /*not for a host*/) const {
@@ -63,10 +67,12 @@ struct Desk::Handler {
   }
 };
 
-Desk::Desk(DeskOptions options, Store& store, Send send, std::function<void(const std::string&)> on_queued)
+Desk::Desk(DeskOptions options, Store& store, IsAllowed is_allowed, Send send,
+           std::function<void(const std::string&)> on_queued)
     : options_(options),
       store_(store),
       receiver_(store, options.max_file_bytes),
+      is_allowed_(std::move(is_allowed)),
       send_(std::move(send)),
       on_queued_(std::move(on_queued)) {}
 
@@ -77,6 +83,8 @@ void Desk::receive(const std::string& peer, const std::string& key, std::string_
 
 void Desk::handle(const std::string& peer, const std::string& key, std::string_view bytes) {
   if (key.empty()) return refuse(peer, "not authenticated", true);
+  // The doorman asks once a connection; a device that was shut out since keeps that connection.
+  if (!is_allowed_(key)) return refuse(peer, shut_out, true);
   const Result<wire::Message> message = wire::decode(bytes);
   if (!message) return refuse(peer, message.error().message(), true);
   if (const auto* hello = std::get_if<wire::Hello>(&*message)) return greet(peer, key, *hello);
@@ -113,6 +121,14 @@ void Desk::open_scan(const std::string& peer, Conversation& device, const wire::
     spdlog::warn("device {} asked for scan {}, which belongs to another device", device.device_name, open.scan);
     return send(peer, refusal(open.scan, "the scan belongs to another device"));
   }
+  if (!*known) {
+    const Result<std::optional<std::string>> reason = no_place_for(open);
+    if (!reason) return give_up(peer, reason.error());
+    if (*reason) {
+      spdlog::warn("scan {} of device {} is not taken: {}", open.scan, device.device_name, **reason);
+      return send(peer, refusal(open.scan, **reason));
+    }
+  }
   if (Result<void> opened = store_.open_scan(*scan, device.key, device.device_name); !opened) {
     return give_up(peer, opened.error());
   }
@@ -126,13 +142,27 @@ void Desk::open_scan(const std::string& peer, Conversation& device, const wire::
   if (latest != progress_.end()) send(peer, latest->second);
 }
 
+// Why the host does not begin with a scan it does not know, if it does not.
+Result<std::optional<std::string>> Desk::no_place_for(const wire::ScanOpen& open) const {
+  using Reason = std::optional<std::string>;
+  const Result<std::optional<std::string>> deleted = store_.deleted_at(open.scan);
+  if (!deleted) return tl::unexpected(deleted.error());
+  if (*deleted) return Reason("it was deleted here on " + **deleted);
+  const Result<std::uint64_t> left = free_bytes(store_.folder());
+  if (!left) return tl::unexpected(left.error());
+  if (*left >= options_.reserve_bytes) return Reason();
+  constexpr std::uint64_t mib = 1 << 20;
+  return Reason("the host's disk is nearly full (" + std::to_string(*left / mib) + " MiB left, " +
+                std::to_string(options_.reserve_bytes / mib) + " MiB are kept free); free some space there");
+}
+
 void Desk::take_chunk(const std::string& peer, Conversation& device, const wire::FileChunk& chunk) {
   if (!wire::is_bundle_file(chunk.file.name)) return refuse(peer, "not a file of a scan: " + chunk.file.name, true);
   Result<std::optional<wire::Message>> answer = receiver_.accept(chunk);
   if (!answer) return give_up(peer, answer.error());
   device.spent += wire::cost_of(chunk.data.size());
-  // In a few large grants: one for every chunk would double the number of messages.
-  if (device.spent >= options_.credit_bytes / 4) {
+  // For every large chunk, because the device paces itself by it; for small ones not one each.
+  if (device.spent >= wire::max_chunk_bytes / 2) {
     send(peer, wire::Credit{std::exchange(device.spent, 0)});
   }
   if (*answer) send(peer, std::move(**answer));
@@ -187,14 +217,17 @@ void Desk::publish_end(const std::string& scan_id) {
   remove_gone();
 }
 
-void Desk::forget_silent() {
+void Desk::forget_gone() {
   const auto oldest = std::chrono::steady_clock::now() - options_.silence_timeout;
-  std::erase_if(conversations_, [&](const auto& entry) {
-    if (entry.second.last_heard >= oldest) return false;
-    spdlog::info("device {} has gone silent", entry.second.device_name);
-    peers_.erase(entry.second.key);
-    return true;
-  });
+  for (const auto& [peer, device] : conversations_) {
+    if (device.last_heard < oldest) {
+      spdlog::info("device {} has gone silent", device.device_name);
+      gone_.insert(peer);
+    } else if (!is_allowed_(device.key)) {
+      refuse(peer, shut_out, true);
+    }
+  }
+  remove_gone();
 }
 
 // The connection on which that scan's device has opened it, or empty.

@@ -20,6 +20,7 @@ struct DeskOptions {
   std::uint64_t credit_bytes = 0;
   std::uint64_t max_file_bytes = 0;
   std::chrono::milliseconds silence_timeout{};
+  std::uint64_t reserve_bytes = 0;  // no new scan is taken when less is left on the store's disk
 };
 
 // A peer is a connection (its routing id), a device is a CURVE key. A device has one conversation at a time: its last
@@ -28,8 +29,11 @@ class Desk {
  public:
   // send: hands a message to a peer; false when the peer has gone or does not read.
   using Send = std::function<bool(const std::string& peer, wire::Message message)>;
+  // Whether a key is on the list of devices still.
+  using IsAllowed = std::function<bool(const std::string& key)>;
 
-  Desk(DeskOptions options, Store& store, Send send, std::function<void(const std::string& scan_id)> on_queued);
+  Desk(DeskOptions options, Store& store, IsAllowed is_allowed, Send send,
+       std::function<void(const std::string& scan_id)> on_queued);
 
   // One message, as it came: key is the peer's authenticated public key, bytes what it sent.
   void receive(const std::string& peer, const std::string& key, std::string_view bytes);
@@ -39,8 +43,9 @@ class Desk {
   // The scan's job is done or failed; the store says which.
   void publish_end(const std::string& scan_id);
 
-  // Ends conversations with devices that have not been heard of for the silence timeout.
-  void forget_silent();
+  // Ends conversations with devices that have not been heard of for the silence timeout, or are not on the list any
+  // more.
+  void forget_gone();
 
  private:
   struct Conversation {
@@ -54,6 +59,7 @@ class Desk {
 
   void greet(const std::string& peer, const std::string& key, const wire::Hello& hello);
   void open_scan(const std::string& peer, Conversation& device, const wire::ScanOpen& open);
+  Result<std::optional<std::string>> no_place_for(const wire::ScanOpen& open) const;
   void take_chunk(const std::string& peer, Conversation& device, const wire::FileChunk& chunk);
   void close_scan(const std::string& peer, const wire::ScanClose& close);
   void send_result(const std::string& peer, const wire::ResultRequest& request);
@@ -68,6 +74,7 @@ class Desk {
   DeskOptions options_;
   Store& store_;
   Receiver receiver_;
+  IsAllowed is_allowed_;
   Send send_;
   std::function<void(const std::string&)> on_queued_;
   std::map<std::string, Conversation> conversations_;    // by peer

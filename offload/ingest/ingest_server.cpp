@@ -127,8 +127,10 @@ void IngestServer::Worker::stop() {
 }
 
 void IngestServer::Worker::serve() {
+  AllowList allowed(options_.allow_list);
   Desk desk(
-      {options_.credit_bytes, options_.max_file_bytes, options_.silence_timeout}, store_,
+      {options_.credit_bytes, options_.max_file_bytes, options_.silence_timeout, options_.reserve_bytes}, store_,
+      [&](const std::string& key) { return allowed.contains(key); },
       [this](const std::string& peer, wire::Message message) { return send(peer, std::move(message)); }, on_queued_);
   while (true) {
     std::array<zmq::pollitem_t, 2> items = {
@@ -142,7 +144,7 @@ void IngestServer::Worker::serve() {
     deliver_posts(desk);
     for (int i = 0; i < messages_between_posts && receive_one(desk); ++i) {
     }
-    desk.forget_silent();
+    desk.forget_gone();
   }
 }
 
@@ -172,9 +174,8 @@ void IngestServer::Worker::deliver_posts(Desk& desk) {
 
 bool IngestServer::Worker::send(const std::string& peer, wire::Message message) {
   try {
-    const std::string body = wire::encode(std::move(message));
     return socket_->send(zmq::buffer(peer), zmq::send_flags::dontwait | zmq::send_flags::sndmore) &&
-           socket_->send(zmq::buffer(body), zmq::send_flags::dontwait);
+           socket_->send(message_of(wire::encode(std::move(message))), zmq::send_flags::dontwait);
   } catch (const zmq::error_t&) {
     return false;  // EHOSTUNREACH: the device has left
   }

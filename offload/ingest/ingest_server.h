@@ -21,6 +21,7 @@ struct IngestOptions {
   std::filesystem::path allow_list;  // folder of the devices let in, see common/keys/keys.h; read at every handshake
   std::uint64_t credit_bytes = 4 << 20;  // what one device may have under way
   std::uint64_t max_file_bytes = 256 << 20;
+  std::uint64_t reserve_bytes = 1 << 30;             // no new scan is taken when less is left on the store's disk
   std::chrono::milliseconds silence_timeout{60000};  // a device not heard of for that long is gone
 
   Result<void> check() const;

@@ -70,7 +70,8 @@ Result<Database> Database::open(const std::filesystem::path& file) {
   if (code != SQLITE_OK) return fail("cannot open the catalogue", file.string());
   sqlite3_busy_timeout(connection, 5000);  // a reader such as `sqlite3` on the command line
   const Result<void> set = database.execute(
-      "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON; PRAGMA trusted_schema = OFF;");
+      "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON; PRAGMA trusted_schema = OFF; "
+      "PRAGMA secure_delete = ON;");
   if (!set) return tl::unexpected(set.error());
   return database;
 }

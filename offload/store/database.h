@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -75,5 +76,29 @@ class Database {
 
   std::unique_ptr<sqlite3, Close> connection_;
 };
+
+// Prepares and runs a statement without rows.
+template <class... Values>
+Result<void> run(Database& database, const char* sql, const Values&... values) {
+  Result<Statement> statement = database.prepare(sql);
+  if (!statement) return tl::unexpected(statement.error());
+  (statement->bind(values), ...);
+  return statement->run();
+}
+
+// First column of the first row, or nothing.
+template <class... Values>
+Result<std::optional<std::string>> first(Database& database, const char* sql, const Values&... values) {
+  Result<Statement> statement = database.prepare(sql);
+  if (!statement) return tl::unexpected(statement.error());
+  (statement->bind(values), ...);
+  std::optional<std::string> value;
+  while (true) {  // to the end: a statement that writes is committed only then
+    const Result<bool> row = statement->step();
+    if (!row) return tl::unexpected(row.error());
+    if (!*row) return value;
+    if (!value) value = statement->text(0);
+  }
+}
 
 }  // namespace gyre

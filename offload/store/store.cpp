@@ -14,10 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 5> phase_names = {"receiving", "queued", "running", "done", "failed"};
-
 // Step n brings a catalogue of version n to version n + 1 (PRAGMA user_version).
-constexpr std::array<const char*, 1> migrations = {R"(
+constexpr std::array<const char*, 2> migrations = {R"(
 CREATE TABLE scans (
   id TEXT PRIMARY KEY,
   device_key TEXT NOT NULL,
@@ -44,44 +42,31 @@ CREATE TABLE results (
   sha256 TEXT NOT NULL,
   PRIMARY KEY (scan, name)
 ) STRICT;
+)",
+                                                   R"(
+CREATE TABLE deleted (
+  scan TEXT PRIMARY KEY,
+  at TEXT NOT NULL
+) STRICT;
 )"};
 
 constexpr const char* select_scan =
     "SELECT id, device_key, device_name, created, COALESCE(phase, 'receiving'), COALESCE(reason, ''), delivered "
     "FROM scans LEFT JOIN jobs ON jobs.scan = scans.id ";
 
+StorePhase phase_named(std::string_view name) {
+  auto phase = StorePhase::receiving;
+  for (const StorePhase known : {StorePhase::queued, StorePhase::running, StorePhase::done, StorePhase::failed}) {
+    if (name_of(known) == name) phase = known;
+  }
+  return phase;
+}
+
 StoredScan scan_of(const Statement& row) {
   StoredScan scan{row.text(0),           row.text(1), row.text(2),       row.text(3),
                   StorePhase::receiving, row.text(5), row.number(6) != 0};
-  const std::string phase = row.text(4);
-  for (std::size_t i = 0; i < phase_names.size(); ++i) {
-    if (phase_names[i] == phase) scan.phase = static_cast<StorePhase>(i);
-  }
+  scan.phase = phase_named(row.text(4));
   return scan;
-}
-
-// Prepares and runs a statement without rows.
-template <class... Values>
-Result<void> run(Database& database, const char* sql, const Values&... values) {
-  Result<Statement> statement = database.prepare(sql);
-  if (!statement) return tl::unexpected(statement.error());
-  (statement->bind(values), ...);
-  return statement->run();
-}
-
-// First column of the first row, or nothing.
-template <class... Values>
-Result<std::optional<std::string>> first(Database& database, const char* sql, const Values&... values) {
-  Result<Statement> statement = database.prepare(sql);
-  if (!statement) return tl::unexpected(statement.error());
-  (statement->bind(values), ...);
-  std::optional<std::string> value;
-  while (true) {  // to the end: a statement that writes is committed only then
-    const Result<bool> row = statement->step();
-    if (!row) return tl::unexpected(row.error());
-    if (!*row) return value;
-    if (!value) value = statement->text(0);
-  }
 }
 
 Result<void> migrate(Database& database, const fs::path& file) {
@@ -111,10 +96,6 @@ Result<void> check_integrity(Database& database, const fs::path& file) {
 
 }  // namespace
 
-std::string_view name_of(StorePhase phase) {
-  return phase_names[static_cast<std::size_t>(phase)];
-}
-
 Store::Store(fs::path folder, FolderLock lock, std::unique_ptr<Database> database)
     : folder_(std::move(folder)), lock_(std::move(lock)), database_(std::move(database)) {}
 
@@ -135,7 +116,9 @@ Result<std::unique_ptr<Store>> Store::open(const fs::path& folder) {
   if (Result<void> done = migrate(*database, file); !done) return tl::unexpected(done.error());
   const Result<void> queued = run(*database, "UPDATE jobs SET phase = 'queued' WHERE phase = 'running'");
   if (!queued) return tl::unexpected(queued.error());
-  return std::unique_ptr<Store>(new Store(folder, std::move(*lock), std::move(database)));
+  std::unique_ptr<Store> store(new Store(folder, std::move(*lock), std::move(database)));
+  if (Result<void> done = store->finish_deletions(); !done) return tl::unexpected(done.error());
+  return store;
 }
 
 Result<void> Store::open_scan(const Scan& scan, const std::string& device_key, const std::string& device_name) {
@@ -144,6 +127,9 @@ Result<void> Store::open_scan(const Scan& scan, const std::string& device_key, c
   const auto owner = first(*database_, "SELECT device_key FROM scans WHERE id = ?", std::string_view(scan.id));
   if (!owner) return tl::unexpected(owner.error());
   if (*owner && **owner != device_key) return fail("the scan belongs to another device", scan.id);
+  const auto gone = first(*database_, "SELECT at FROM deleted WHERE scan = ?", std::string_view(scan.id));
+  if (!gone) return tl::unexpected(gone.error());
+  if (*gone) return fail("the scan was deleted here on " + **gone, scan.id, "it does not come back by itself");
   std::error_code error;
   fs::create_directories(incoming(scan.id), error);
   if (error)
@@ -226,10 +212,32 @@ Result<std::optional<StoredFile>> Store::file(const std::string& scan_id, const 
   return StoredFile{statement->text(0), static_cast<std::uint64_t>(statement->number(1)), statement->text(2)};
 }
 
+// The phase the event leads to from where the scan is now. The mutex is held.
+Result<StorePhase> Store::step(const std::string& scan_id, ScanEvent event) const {
+  const auto now = first(*database_,
+                         "SELECT COALESCE(phase, 'receiving') FROM scans LEFT JOIN jobs ON jobs.scan = scans.id "
+                         "WHERE id = ?",
+                         std::string_view(scan_id));
+  if (!now) return tl::unexpected(now.error());
+  if (!*now) return fail("no such scan in the store", scan_id);
+  const std::optional<StorePhase> next = next_phase(phase_named(**now), event);
+  if (next) return *next;
+  return fail("the scan is " + **now + " and cannot be " + std::string(name_of(event)), scan_id);
+}
+
 Result<void> Store::queue_job(const std::string& scan_id) {
   const std::lock_guard guard(mutex_);
+  const Result<StorePhase> next = step(scan_id, ScanEvent::completed);
+  if (!next) return tl::unexpected(next.error());
+  if (*next != StorePhase::queued) return {};
   return run(*database_, "INSERT INTO jobs (scan, phase) VALUES (?, 'queued') ON CONFLICT DO NOTHING",
              std::string_view(scan_id));
+}
+
+Result<void> Store::retry_job(const std::string& scan_id) {
+  const std::lock_guard guard(mutex_);
+  if (const Result<StorePhase> next = step(scan_id, ScanEvent::retried); !next) return tl::unexpected(next.error());
+  return run(*database_, "UPDATE jobs SET phase = 'queued', reason = '' WHERE scan = ?", std::string_view(scan_id));
 }
 
 Result<std::optional<std::string>> Store::take_job() {
@@ -241,6 +249,7 @@ Result<std::optional<std::string>> Store::take_job() {
 
 Result<void> Store::finish_job(const std::string& scan_id, const std::vector<StoredFile>& results) {
   const std::lock_guard guard(mutex_);
+  if (const Result<StorePhase> next = step(scan_id, ScanEvent::finished); !next) return tl::unexpected(next.error());
   Database::Transaction transaction(*database_);
   if (Result<void> done = transaction.begin(); !done) return done;
   const std::string_view id = scan_id;
@@ -252,11 +261,15 @@ Result<void> Store::finish_job(const std::string& scan_id, const std::vector<Sto
   }
   const Result<void> set = run(*database_, "UPDATE jobs SET phase = 'done', reason = '' WHERE scan = ?", id);
   if (!set) return set;
+  if (Result<void> done = run(*database_, "UPDATE scans SET delivered = 0 WHERE id = ?", id); !done) return done;
   return transaction.commit();
 }
 
 Result<void> Store::fail_job(const std::string& scan_id, const std::string& reason) {
   const std::lock_guard guard(mutex_);
+  if (!step(scan_id, ScanEvent::unusable)) {
+    if (const Result<StorePhase> next = step(scan_id, ScanEvent::failed); !next) return tl::unexpected(next.error());
+  }
   return run(*database_,
              "INSERT INTO jobs (scan, phase, reason) VALUES (?, 'failed', ?) "
              "ON CONFLICT DO UPDATE SET phase = 'failed', reason = excluded.reason",
@@ -270,6 +283,7 @@ Result<std::vector<StoredFile>> Store::results(const std::string& scan_id) const
 
 Result<void> Store::set_delivered(const std::string& scan_id) {
   const std::lock_guard guard(mutex_);
+  if (const Result<StorePhase> next = step(scan_id, ScanEvent::delivered); !next) return tl::unexpected(next.error());
   return run(*database_, "UPDATE scans SET delivered = 1 WHERE id = ?", std::string_view(scan_id));
 }
 

@@ -5,6 +5,7 @@
 #include "common/bundle/bundle.h"
 #include "common/bundle/folder_lock.h"
 #include "common/result/result.h"
+#include "offload/store/scan_phase.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -18,15 +19,6 @@
 namespace gyre {
 
 class Database;
-
-// A scan on the host; the last three are the states of its job:
-//
-//   receiving ──all files stored──▶ queued ──take_job──▶ running ──finish_job──▶ done
-//                                     ▲                     ├──fail_job──▶ failed
-//                                     └──restart of host────┘
-enum class StorePhase { receiving, queued, running, done, failed };
-
-std::string_view name_of(StorePhase phase);
 
 struct StoredFile {
   std::string name;  // relative to the bundle
@@ -42,6 +34,14 @@ struct StoredScan {
   StorePhase phase = StorePhase::receiving;
   std::string reason;      // why the job failed
   bool delivered = false;  // the device has all results
+};
+
+// What is left of a scan that was deleted: what it was made of, and nothing of what that showed.
+struct DeletionReceipt {
+  std::string scan;
+  std::string at;  // ISO 8601, UTC
+  std::string device_name;
+  std::vector<StoredFile> files;  // all that were removed, derived ones included; relative to the store
 };
 
 // <folder>/catalogue.sqlite, <folder>/scans/<scan-id>/ (bundles), <folder>/incoming/<scan-id>/ (files half received).
@@ -70,17 +70,35 @@ class Store {
   Result<std::optional<StoredFile>> file(const std::string& scan_id, const std::string& name) const;
   Result<std::vector<StoredFile>> files(const std::string& scan_id) const;  // by name
 
+  // The rest are the events of scan_phase.h; one that may not happen in the scan's phase is an error.
+
   // The bundle is complete: its job is queued. A scan that has a job keeps it.
   Result<void> queue_job(const std::string& scan_id);
   // The oldest queued job, now running; nothing when there is none.
   Result<std::optional<std::string>> take_job();
   Result<void> finish_job(const std::string& scan_id, const std::vector<StoredFile>& results);
+  // Of a scan that is still received: its files are no usable bundle. Else: its job failed or was cancelled.
   Result<void> fail_job(const std::string& scan_id, const std::string& reason);
+  // A job that is done or failed is queued again; its results stay until it has others.
+  Result<void> retry_job(const std::string& scan_id);
   Result<std::vector<StoredFile>> results(const std::string& scan_id) const;  // by name
   Result<void> set_delivered(const std::string& scan_id);
 
+  // What is wrong with a scan: files and results that are missing or differ from their hash, one sentence each.
+  Result<std::vector<std::string>> verify(const std::string& scan_id) const;
+
+  // Removes everything of a scan: pictures, everything derived from them, and its entries. The id stays known as
+  // deleted, so that its device does not bring it back. A crash in between is made good when the store is opened.
+  // Error: its job is running.
+  Result<DeletionReceipt> delete_scan(const std::string& scan_id);
+  // When the scan was deleted, or nothing.
+  Result<std::optional<std::string>> deleted_at(const std::string& scan_id) const;
+
  private:
   Store(std::filesystem::path folder, FolderLock lock, std::unique_ptr<Database> database);
+  Result<void> finish_deletions();
+  Result<void> remove_folders(const std::string& scan_id) const;
+  Result<StorePhase> step(const std::string& scan_id, ScanEvent event) const;
   Result<void> add_entry(const char* sql, const std::string& scan_id, const StoredFile& file) const;
   Result<std::vector<StoredFile>> entries(const char* sql, const std::string& scan_id) const;
 

@@ -146,7 +146,7 @@ TEST_F(BadInput, ABoardIsWrittenToAFileOnly) {
 }
 
 TEST_F(BadInput, HelpNamesEveryOption) {
-  for (const char* verb : {"serve", "reconstruct", "stage", "template", "pair", "evaluate"}) {
+  for (const char* verb : {"serve", "reconstruct", "stage", "template", "pair", "evaluate", "store"}) {
     const Finished f = run_program("gyre-offload", {verb, "--help"});
     EXPECT_EQ(f.code, 0) << verb;
     EXPECT_FALSE(f.out.empty()) << verb;

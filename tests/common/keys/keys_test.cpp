@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <cstdlib>
 
 namespace gyre {
 namespace {
@@ -51,6 +52,20 @@ TEST(Keys, RefusesAKeyOthersMayRead) {
   EXPECT_EQ(read.error().message().find(keys->secret_key.reveal()), std::string::npos);
 }
 
+TEST(Keys, TakesWhatTheServiceManagerHandsOver) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "key";
+  const Result<KeyPair> keys = read_or_make_key_pair(file);
+  ASSERT_TRUE(keys);
+  fs::permissions(file, fs::perms::owner_read | fs::perms::group_read);  // as systemd's access list shows
+  ASSERT_FALSE(read_key_pair(file));
+  ::setenv("CREDENTIALS_DIRECTORY", folder.path().c_str(), 1);
+  const Result<KeyPair> read = read_key_pair(file);
+  ::unsetenv("CREDENTIALS_DIRECTORY");
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->public_key, keys->public_key);
+}
+
 TEST(Keys, RefusesWhatIsNoKey) {
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "key";
@@ -79,6 +94,27 @@ TEST(AllowList, LetsInWhoIsOnIt) {
   EXPECT_FALSE(authorised_name(list, a));
   EXPECT_FALSE(revoke_device(list, "rig-a"));
   EXPECT_EQ(authorised_name(list, b), "rig-b");
+}
+
+TEST(AllowList, IsReadAgainWhenItHasChanged) {
+  const TemporaryFolder folder;
+  const fs::path list = folder.path() / "devices";
+  AllowList allowed(list);
+  const std::string key = make_key_pair().public_key;
+  EXPECT_FALSE(allowed.contains(key));
+  for (int i = 0; i < 100; ++i) {  // faster than the file system's clock ticks
+    ASSERT_TRUE(authorise_device(list, "rig", key));
+    ASSERT_TRUE(allowed.contains(key));
+    ASSERT_TRUE(revoke_device(list, "rig"));
+    ASSERT_FALSE(allowed.contains(key));
+  }
+  // The key of a name is replaced.
+  const std::string other = make_key_pair().public_key;
+  ASSERT_TRUE(authorise_device(list, "rig", key));
+  ASSERT_TRUE(allowed.contains(key));
+  ASSERT_TRUE(authorise_device(list, "rig", other));
+  EXPECT_FALSE(allowed.contains(key));
+  EXPECT_TRUE(allowed.contains(other));
 }
 
 TEST(AllowList, RefusesBadNamesAndKeys) {

@@ -6,6 +6,7 @@ namespace gyre::wire {
 std::vector<Message> sample_messages() {
   const std::string scan = "01ARZ3NDEKTSV4RRFFQ69G5FAV";
   const std::string hash(64, '7');
+  const std::string public_key = "rq:rM>}U?@Lns47E1%kR.o@n%FcmmsL/@{H8]yf7";  // of ZeroMQ's RFC 26
   const FileEntry picture{"frames/body-000012.jpg", 1000, hash};
   const FileEntry avatar{"avatar.glb", 5, hash};
   return {
@@ -29,6 +30,10 @@ std::vector<Message> sample_messages() {
       ResultRequest{scan, avatar.name, hash, 4},
       ResultChunk{scan, avatar.name, hash, 4, std::string("\0", 1)},
       ResultAck{scan},
+      PairRequest{"rig-1", public_key, std::string(pair_session_bytes, '\xff'), std::string(32, '\x01')},
+      PairAnswer{public_key, std::string(32, '\0')},
+      PairProof{std::string(64, '\x80')},
+      PairDone{std::string(64, '\x7f')},
   };
 }
 

@@ -12,6 +12,8 @@ namespace {
 const std::string scan_id = "01ARZ3NDEKTSV4RRFFQ69G5FAV";
 const std::string hash(64, '7');
 
+const std::vector<Message> samples = sample_messages();
+
 bool decodes(const Message& message) {
   return decode(encode(message)).has_value();
 }
@@ -78,6 +80,24 @@ TEST(Wire, RefusesWhatIsTooLargeOrOutsideItsFile) {
   EXPECT_FALSE(decodes(close));
   EXPECT_FALSE(decodes(FileAck{scan_id, name, "abc"}));
   EXPECT_FALSE(decodes(FileAck{scan_id, name, std::string(64, 'G')}));
+}
+
+TEST(Wire, RefusesAPairingThatIsNone) {
+  const std::string key = std::get<PairAnswer>(*std::find_if(samples.begin(), samples.end(), [](const Message& m) {
+                            return std::holds_alternative<PairAnswer>(m);
+                          })).public_key;
+  const std::string session(pair_session_bytes, 's');
+  const std::string share(32, 'x');
+  EXPECT_TRUE(decodes(PairRequest{"rig", key, session, share}));
+  EXPECT_FALSE(decodes(PairRequest{"../rig", key, session, share}));
+  EXPECT_FALSE(decodes(PairRequest{"", key, session, share}));
+  EXPECT_FALSE(decodes(PairRequest{std::string(65, 'r'), key, session, share}));
+  EXPECT_FALSE(decodes(PairRequest{"rig", key.substr(1), session, share}));
+  EXPECT_FALSE(decodes(PairRequest{"rig", key, session.substr(1), share}));
+  EXPECT_FALSE(decodes(PairRequest{"rig", key, session, share + "x"}));
+  EXPECT_FALSE(decodes(PairAnswer{key, ""}));
+  EXPECT_FALSE(decodes(PairProof{std::string(63, 't')}));
+  EXPECT_FALSE(decodes(PairDone{std::string(65, 't')}));
 }
 
 TEST(Wire, LargestMessagesFit) {

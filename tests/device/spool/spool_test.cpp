@@ -6,6 +6,8 @@
 #include "tests/device/spool/scan_support.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -226,6 +228,56 @@ TEST(Spool, SurvivesKillsWhileRecording) {
   const auto spool = open_spool(folder.path());
   ASSERT_TRUE(spool->close_scan(scan, small_records(frames, {0, 1, 3, 4, 6, 7, 9, 10})));
   EXPECT_TRUE(verify_bundle(spool->bundle(scan.id)));
+}
+
+// On a real, small disk of its own: a file system in memory that only this process's child sees.
+TEST(SpoolRoom, ScansWhoseResultsAreHereMakeRoomAndOthersNever) {
+  constexpr int not_allowed = 77;
+  const TemporaryFolder folder;
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const bool own_mounts = ::unshare(CLONE_NEWNS) == 0 || ::unshare(CLONE_NEWUSER | CLONE_NEWNS) == 0;
+    if (!own_mounts || ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+        ::mount("tmpfs", folder.path().c_str(), "tmpfs", 0, "size=8m") != 0) {
+      ::_exit(not_allowed);
+    }
+    constexpr std::size_t mib = 1 << 20;
+    const auto spool = Spool::open(folder.path(), mib).value();
+    const auto scan_with = [&](std::size_t bytes, std::uint64_t seed) {
+      const Scan scan = small_scan();
+      return spool_scan(*spool, scan, {1}, bytes, seed) ? scan.id : std::string();
+    };
+    const std::string delivered = scan_with(2 * mib, 1);
+    const std::string acknowledged = scan_with(2 * mib, 2);
+    if (!spool->acknowledge_scan(delivered) || !spool->deliver_scan(delivered)) ::_exit(1);
+    if (!spool->acknowledge_scan(acknowledged)) ::_exit(2);
+    // About 4 MiB are left, 1 of them kept free.
+    const Scan scan = small_scan();
+    if (!spool->open_scan(scan)) ::_exit(3);
+    std::vector<int> chosen;
+    const auto add = [&](int index) {
+      const auto picture = small_keyframe(static_cast<std::uint64_t>(index), mib);
+      const bool added = spool->add_file(scan.id, keyframe_name(index), picture).has_value();
+      if (added) chosen.push_back(index);
+      return added;
+    };
+    if (!add(1) || !add(2) || !spool->scan(delivered)) ::_exit(4);  // there was room enough
+    if (!add(3) || spool->scan(delivered) || fs::exists(folder.path() / delivered)) ::_exit(5);
+    int index = 4;
+    while (add(index)) ++index;
+    if (index != 5 || !spool->scan(acknowledged)) ::_exit(6);
+    const Result<void> refused = spool->add_file(scan.id, keyframe_name(9), small_keyframe(9, mib));
+    if (refused || refused.error().message().find("nearly full") == std::string::npos) ::_exit(7);
+    if (!spool->close_scan(scan, small_records(6, chosen))) ::_exit(8);
+    if (!verify_bundle(spool->bundle(scan.id)) || !verify_bundle(spool->bundle(acknowledged))) ::_exit(9);
+    ::_exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  if (WEXITSTATUS(status) == not_allowed) GTEST_SKIP() << "this machine allows no mounts of one's own";
+  EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
 }  // namespace

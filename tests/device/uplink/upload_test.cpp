@@ -21,13 +21,13 @@ class UploadTest : public testing::Test {
   // The next message, which must be of that kind.
   template <class Kind>
   Kind next() {
-    Result<std::optional<wire::Message>> message = upload_.next();
+    Result<std::optional<wire::Message>> message = upload_.next(now_);
     EXPECT_TRUE(message) << message.error().message();
     if (message && *message && std::holds_alternative<Kind>(**message)) return std::get<Kind>(std::move(**message));
     ADD_FAILURE() << "another message, or none";
     return {};
   }
-  bool idle() { return !upload_.next().value(); }
+  bool idle() { return !upload_.next(now_).value(); }
   void host_holds(std::vector<wire::HeldFile> files, wire::ScanPhase phase = wire::ScanPhase::receiving) {
     ASSERT_TRUE(upload_.on(wire::ScanState{scan_.id, phase, "reason", std::move(files)}));
   }
@@ -36,7 +36,7 @@ class UploadTest : public testing::Test {
     EXPECT_EQ(next<wire::ScanOpen>().scan, scan_.id);
     EXPECT_TRUE(idle());  // nothing goes out before the host has said what it holds
     host_holds({});
-    upload_.on(wire::Credit{credit});
+    upload_.on(wire::Credit{credit}, now_);
   }
   void acknowledge(const wire::FileChunk& chunk) {
     ASSERT_TRUE(upload_.on(wire::FileAck{scan_.id, chunk.file.name, chunk.file.sha256}));
@@ -46,6 +46,7 @@ class UploadTest : public testing::Test {
   const std::unique_ptr<Spool> spool_ = Spool::open(folder_.path()).value();
   const Scan scan_ = small_scan();
   Upload upload_{*spool_};
+  const Pacer::Time now_{std::chrono::hours(1)};
 };
 
 TEST_F(UploadTest, SendsFilesInChunksAndWaitsForTheirAcknowledgement) {
@@ -79,13 +80,13 @@ TEST_F(UploadTest, NeverSpendsMoreThanItsCredit) {
   begin(2 * chunk - 1);
   next<wire::FileChunk>();
   EXPECT_TRUE(idle());
-  upload_.on(wire::Credit{1});
+  upload_.on(wire::Credit{1}, now_);
   next<wire::FileChunk>();
   EXPECT_TRUE(idle());
-  upload_.on(wire::Credit{chunk + wire::cost_of(99)});
+  upload_.on(wire::Credit{chunk + wire::cost_of(99)}, now_);
   next<wire::FileChunk>();
   EXPECT_TRUE(idle());
-  upload_.on(wire::Credit{wire::cost_of(1000)});
+  upload_.on(wire::Credit{wire::cost_of(1000)}, now_);
   EXPECT_EQ(next<wire::FileChunk>().file.name, keyframe_name(2));
 }
 
@@ -99,7 +100,7 @@ TEST_F(UploadTest, GoesOnWhereTheHostStopped) {
     return wire::FileEntry{file.name, file.size, file.sha256};
   };
   next<wire::ScanOpen>();
-  upload_.on(wire::Credit{1 << 24});
+  upload_.on(wire::Credit{1 << 24}, now_);
   host_holds({{entry(0), 1000, true}, {entry(1), 400, false}, {entry(2), 1000, false}});
   const auto second = next<wire::FileChunk>();
   EXPECT_EQ(second.file.name, keyframe_name(2));
@@ -128,7 +129,7 @@ TEST_F(UploadTest, AFileThatIsDamagedOnTheDeviceIsAnErrorNotALoop) {
   const auto chunk = next<wire::FileChunk>();
   ASSERT_TRUE(write_file(spool_->bundle(scan_.id).root() / chunk.file.name, std::string(1000, 'x')));
   ASSERT_TRUE(upload_.on(wire::FileResume{scan_.id, chunk.file.name, chunk.file.sha256, 0}));
-  EXPECT_FALSE(upload_.next());
+  EXPECT_FALSE(upload_.next(now_));
 }
 
 TEST_F(UploadTest, DropsACandidateInTheMiddle) {
@@ -183,7 +184,7 @@ TEST_F(UploadTest, ARefusedScanDoesNotHoldUpTheNext) {
   EXPECT_NE(first, second);
   ASSERT_TRUE(upload_.on(wire::ScanState{first, wire::ScanPhase::refused, "not yours", {}}));
   ASSERT_TRUE(upload_.on(wire::ScanState{second, wire::ScanPhase::receiving, "", {}}));
-  upload_.on(wire::Credit{1 << 20});
+  upload_.on(wire::Credit{1 << 20}, now_);
   ASSERT_TRUE(spool_->add_file(first, keyframe_name(1), small_keyframe(1, 10)));
   ASSERT_TRUE(spool_->add_file(second, keyframe_name(1), small_keyframe(1, 10)));
   upload_.refresh();

@@ -23,7 +23,8 @@ class DeskTest : public testing::Test {
   }
   void start() {
     desk_ = std::make_unique<Desk>(
-        DeskOptions{credit, 1 << 24, std::chrono::minutes(1)}, *store_,
+        DeskOptions{credit, 1 << 24, std::chrono::minutes(1), reserve_}, *store_,
+        [this](const std::string& key) { return !shut_out_.contains(key); },
         [this](const std::string& peer, wire::Message message) {
           sent_[peer].push_back(std::move(message));
           return true;
@@ -58,6 +59,8 @@ class DeskTest : public testing::Test {
   std::unique_ptr<Desk> desk_;
   std::map<std::string, std::vector<wire::Message>> sent_;
   std::vector<std::string> queued_;
+  std::set<std::string> shut_out_;  // keys
+  std::uint64_t reserve_ = 0;
   const Scan scan_ = small_scan();
   const std::string name_ = keyframe_name(1);
   const std::string content_ = std::string(1000, 'a') + std::string(1000, 'b');
@@ -179,6 +182,58 @@ TEST_F(DeskTest, AFileThatIsTooLargeIsRefused) {
   open("a", scan_);
   say("a", wire::FileChunk{scan_.id, {name_, 1ULL << 40, std::string(64, 'a')}, 0, "x"});
   EXPECT_TRUE(heard<wire::Refused>("a"));
+}
+
+TEST_F(DeskTest, ADeviceThatIsShutOutIsToldAtOnceAndStaysOut) {
+  greet("a");
+  open("a", scan_);
+  greet("b");
+  shut_out_.insert("key of a");
+  desk_->forget_gone();
+  EXPECT_TRUE(heard<wire::Refused>("a")->permanent);
+  EXPECT_FALSE(heard<wire::Refused>("b"));
+  say("a", chunk_of(scan_.id, name_, content_, 0, 2000));
+  EXPECT_TRUE(heard<wire::Refused>("a")->permanent);
+  greet("a");  // on the connection it still has
+  EXPECT_TRUE(heard<wire::Refused>("a")->permanent);
+  EXPECT_FALSE(stored(scan_.id, name_));
+  say("b", wire::Ping{});
+  EXPECT_TRUE(heard<wire::Pong>("b"));
+  shut_out_.clear();
+  greet("a");
+  EXPECT_TRUE(heard<wire::Welcome>("a"));
+}
+
+TEST_F(DeskTest, NoNewScanIsBegunOnANearlyFullDiskAndOneBegunGoesOn) {
+  greet("a");
+  open("a", scan_);
+  reserve_ = ~0ULL;
+  start();
+  greet("a");
+  const Scan other = small_scan();
+  open("a", other);
+  const auto refused = heard<wire::ScanState>("a");
+  EXPECT_EQ(refused->phase, wire::ScanPhase::refused);
+  EXPECT_NE(refused->text.find("nearly full"), std::string::npos);
+  EXPECT_FALSE(store_->scan(other.id).value());
+  open("a", scan_);
+  EXPECT_EQ(heard<wire::ScanState>("a")->phase, wire::ScanPhase::receiving);
+  say("a", chunk_of(scan_.id, name_, content_, 0, 2000));
+  EXPECT_TRUE(heard<wire::FileAck>("a"));
+}
+
+TEST_F(DeskTest, ADeletedScanDoesNotComeBack) {
+  greet("a");
+  open("a", scan_);
+  say("a", chunk_of(scan_.id, name_, content_, 0, 2000));
+  start();
+  ASSERT_TRUE(store_->delete_scan(scan_.id));
+  greet("a");
+  open("a", scan_);
+  const auto refused = heard<wire::ScanState>("a");
+  EXPECT_EQ(refused->phase, wire::ScanPhase::refused);
+  EXPECT_NE(refused->text.find("deleted"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(store_->bundle(scan_.id).root()));
 }
 
 TEST_F(DeskTest, TheSameDeviceOnANewConnectionEndsTheOld) {

@@ -73,9 +73,9 @@ void TestDevice::open_spool() {
   spool_ = std::move(*spool);
 }
 
-void TestDevice::connect(const TestHost& host) {
+void TestDevice::connect(const TestHost& host, const std::string& endpoint) {
   if (!spool_) open_spool();
-  options_.host = host.options().endpoint;
+  options_.host = endpoint;
   if (options_.host_public_key.empty()) options_.host_public_key = host.options().keys.public_key;
   ASSERT_TRUE(options_.check());
   uplink_ = std::make_unique<Uplink>(options_, *spool_);

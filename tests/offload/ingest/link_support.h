@@ -50,7 +50,8 @@ class TestDevice {
   explicit TestDevice(std::string name);
 
   void open_spool();
-  void connect(const TestHost& host);
+  void connect(const TestHost& host) { connect(host, host.options().endpoint); }
+  void connect(const TestHost& host, const std::string& endpoint);  // by another way than straight
   void disconnect() { uplink_.reset(); }
   void stop();
   Spool& spool() { return *spool_; }

@@ -149,6 +149,25 @@ TEST_F(Stranger, AScanOfAnotherDeviceIsOutOfReach) {
   owner.hear<wire::Pong>();
 }
 
+TEST_F(Stranger, ShuttingADeviceOutEndsItsOpenConnection) {
+  TestDevice device("rig");
+  host_.authorise(device.options().keys);
+  device.connect(host_);
+  ASSERT_TRUE(eventually([&] { return device.uplink().status().phase == LinkStatus::Phase::connected; }));
+  RawDevice raw = connected();
+  for (const AuthorisedDevice& known : authorised_devices(host_.options().allow_list)) {
+    ASSERT_TRUE(revoke_device(host_.options().allow_list, known.name));
+  }
+  EXPECT_TRUE(raw.hear<wire::Refused>().permanent);
+  raw.say(wire::Hello{wire::protocol_major, 0, "raw"});  // on the connection that CURVE let in before
+  EXPECT_NE(raw.hear<wire::Refused>().reason.find("shut out"), std::string::npos);
+  EXPECT_TRUE(eventually([&] { return device.uplink().status().phase == LinkStatus::Phase::refused; }));
+  const Scan scan = small_scan();
+  ASSERT_TRUE(spool_scan(device.spool(), scan, {1}, 1000, 1));
+  EXPECT_FALSE(device.uplink().wait_for_result(scan.id, {std::chrono::seconds(60), std::chrono::seconds(60)}));
+  EXPECT_TRUE(host_.store().scans()->empty());
+}
+
 TEST_F(Stranger, ADeviceWithoutCurveGetsNowhere) {
   zmq::context_t context;
   zmq::socket_t socket(context, zmq::socket_type::dealer);

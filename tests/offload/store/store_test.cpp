@@ -2,6 +2,7 @@
 #include "offload/store/store.h"
 
 #include "common/bundle/atomic_file.h"
+#include "common/bundle/sha256.h"
 #include "tests/device/spool/scan_support.h"
 
 #include <gtest/gtest.h>
@@ -75,6 +76,89 @@ TEST(Store, KeepsAScanThroughAllItsPhases) {
   EXPECT_EQ(store->results(scan.id)->size(), 2U);
 }
 
+// Brings a new scan to a phase.
+std::string scan_in(Store& store, StorePhase phase) {
+  const Scan scan = small_scan();
+  EXPECT_TRUE(store.open_scan(scan, key, "rig"));
+  if (phase == StorePhase::receiving) return scan.id;
+  EXPECT_TRUE(store.queue_job(scan.id));
+  if (phase == StorePhase::queued) return scan.id;
+  EXPECT_EQ(store.take_job().value(), scan.id);
+  if (phase == StorePhase::done) {
+    EXPECT_TRUE(store.finish_job(scan.id, {{"avatar.glb", 3, hash}}));
+  } else if (phase == StorePhase::failed) {
+    EXPECT_TRUE(store.fail_job(scan.id, "reason"));
+  }
+  return scan.id;
+}
+
+// Every event in every phase does to the store what the table says, and nothing where the table says nothing.
+TEST(Store, WalksItsTableAndNothingElse) {
+  constexpr int phases = static_cast<int>(StorePhase::failed) + 1;
+  constexpr int events = static_cast<int>(ScanEvent::delivered) + 1;
+  std::size_t walked = 0;
+  for (int p = 0; p < phases; ++p) {
+    for (int e = 0; e < events; ++e) {
+      const auto from = static_cast<StorePhase>(p);
+      const auto event = static_cast<ScanEvent>(e);
+      SCOPED_TRACE(std::string(name_of(from)) + " + " + std::string(name_of(event)));
+      const TemporaryFolder folder;
+      auto store = open_store(folder.path());
+      const std::string id = scan_in(*store, from);
+      ASSERT_EQ(phase(*store, id), from);
+      const std::optional<StorePhase> next = next_phase(from, event);
+      bool done = false;
+      switch (event) {
+        case ScanEvent::completed:
+          done = store->queue_job(id).has_value();
+          break;
+        case ScanEvent::unusable:
+        case ScanEvent::failed:
+          done = store->fail_job(id, "why").has_value();
+          break;
+        case ScanEvent::taken:
+          done = store->take_job().value() == id;
+          break;
+        case ScanEvent::interrupted:
+          store.reset();
+          store = open_store(folder.path());
+          done = phase(*store, id) != from;
+          break;
+        case ScanEvent::finished:
+          done = store->finish_job(id, {{"avatar.glb", 3, hash}}).has_value();
+          break;
+        case ScanEvent::retried:
+          done = store->retry_job(id).has_value();
+          break;
+        case ScanEvent::delivered:
+          done = store->set_delivered(id).has_value();
+          break;
+      }
+      // Both mean that the scan failed; which one it is depends on whether it has a job.
+      const bool either = event == ScanEvent::unusable || event == ScanEvent::failed;
+      const std::optional<StorePhase> other =
+          either ? next_phase(from, event == ScanEvent::failed ? ScanEvent::unusable : ScanEvent::failed) : next;
+      EXPECT_EQ(done, next.has_value() || other.has_value());
+      EXPECT_EQ(phase(*store, id), next ? *next : other.value_or(from));
+      if (next) ++walked;
+    }
+  }
+  EXPECT_EQ(walked, scan_transitions().size());
+}
+
+TEST(Store, AJobThatIsRetriedKeepsItsResultsUntilItHasOthers) {
+  const TemporaryFolder folder;
+  const auto store = open_store(folder.path());
+  const std::string id = scan_in(*store, StorePhase::done);
+  ASSERT_TRUE(store->set_delivered(id));
+  ASSERT_TRUE(store->retry_job(id));
+  EXPECT_EQ(store->results(id)->size(), 1U);
+  EXPECT_EQ(store->take_job().value(), id);
+  ASSERT_TRUE(store->finish_job(id, {{"avatar.glb", 4, hash}}));
+  EXPECT_EQ(store->results(id)->at(0).size, 4U);
+  EXPECT_FALSE(store->scan(id).value()->delivered);  // the device has not seen these
+}
+
 TEST(Store, AFailedJobKeepsItsReason) {
   const TemporaryFolder folder;
   const auto store = open_store(folder.path());
@@ -124,6 +208,98 @@ TEST(Store, JobsAreTakenOldestFirstAndByOneTakerEach) {
   for (const auto& mine : taken) all.insert(all.end(), mine.begin(), mine.end());
   std::sort(all.begin(), all.end());
   EXPECT_EQ(all, ids);
+}
+
+// A scan with one keyframe, something derived from it and something half received.
+std::string scan_on_disk(Store& store, StorePhase phase) {
+  const std::string id = scan_in(store, phase);
+  const fs::path root = store.bundle(id).root();
+  fs::create_directories(root / "work" / "cloud");
+  EXPECT_TRUE(write_file(root / "frames" / "body-000001.jpg", std::string_view("picture")));
+  EXPECT_TRUE(store.add_file(id, {"frames/body-000001.jpg", 7, sha256("picture")}));
+  EXPECT_TRUE(write_file(root / "work" / "cloud" / "cloud.ply", std::string_view("cloud")));
+  EXPECT_TRUE(write_file(root / "avatar.glb", std::string_view("abc")));
+  EXPECT_TRUE(write_file(store.incoming(id) / "body-000002.jpg.part", std::string_view("half")));
+  return id;
+}
+
+TEST(Store, SaysWhichFilesAreNotAsTheyWere) {
+  const TemporaryFolder folder;
+  const auto store = open_store(folder.path());
+  const std::string id = scan_on_disk(*store, StorePhase::running);
+  ASSERT_TRUE(store->finish_job(id, {{"avatar.glb", 3, sha256("abc")}}));
+  EXPECT_TRUE(store->verify(id)->empty());
+  ASSERT_TRUE(write_file(store->bundle(id).root() / "avatar.glb", std::string_view("abd")));
+  ASSERT_TRUE(write_file(store->bundle(id).frame("body", 1), std::string_view("pictur")));
+  const std::vector<std::string> faults = store->verify(id).value();
+  ASSERT_EQ(faults.size(), 2U);
+  EXPECT_NE(faults[0].find("6 bytes instead of 7"), std::string::npos);
+  EXPECT_NE(faults[1].find("avatar.glb differs"), std::string::npos);
+  fs::remove(store->bundle(id).frame("body", 1));
+  EXPECT_NE(store->verify(id)->at(0).find("missing"), std::string::npos);
+}
+
+TEST(Store, DeletesEverythingOfAScanAndSaysWhat) {
+  const TemporaryFolder folder;
+  auto store = open_store(folder.path());
+  const std::string other = scan_on_disk(*store, StorePhase::failed);
+  const std::string id = scan_on_disk(*store, StorePhase::done);
+  const Result<DeletionReceipt> receipt = store->delete_scan(id);
+  ASSERT_TRUE(receipt) << receipt.error().message();
+  std::set<std::string> names;
+  for (const StoredFile& file : receipt->files) names.insert(file.name);
+  EXPECT_EQ(names, (std::set<std::string>{"scans/" + id + "/scan.json", "scans/" + id + "/frames/body-000001.jpg",
+                                          "scans/" + id + "/work/cloud/cloud.ply", "scans/" + id + "/avatar.glb",
+                                          "incoming/" + id + "/body-000002.jpg.part"}));
+  EXPECT_FALSE(store->scan(id).value());
+  EXPECT_TRUE(store->files(id)->empty());
+  EXPECT_TRUE(store->results(id)->empty());
+  EXPECT_EQ(store->deleted_at(id).value(), receipt->at);
+  EXPECT_FALSE(store->delete_scan(id));
+  EXPECT_TRUE(store->verify(other)->empty());
+  // Nothing of it is left below the store but its id, once, in the list of the deleted.
+  for (const auto& entry : fs::recursive_directory_iterator(folder.path())) {
+    EXPECT_EQ(entry.path().string().find(id), std::string::npos) << entry.path();
+  }
+  EXPECT_EQ(fs::file_size(folder.path() / "catalogue.sqlite-wal"), 0U);
+  const std::string catalogue = read_file(folder.path() / "catalogue.sqlite").value();
+  EXPECT_EQ(catalogue.find("avatar.glb"), std::string::npos);  // another scan's results have never been noted
+
+  Scan again = small_scan();
+  again.id = id;
+  EXPECT_FALSE(store->open_scan(again, key, "rig"));
+}
+
+TEST(Store, ADeletionThatACrashCutShortIsFinished) {
+  const TemporaryFolder folder;
+  auto store = open_store(folder.path());
+  const std::string id = scan_on_disk(*store, StorePhase::done);
+  store.reset();
+  execute(folder.path() / "catalogue.sqlite",
+          ("INSERT INTO deleted (scan, at) VALUES ('" + id + "', 'now'); DELETE FROM scans WHERE id = '" + id + "'")
+              .c_str());
+  store = open_store(folder.path());
+  EXPECT_FALSE(fs::exists(store->bundle(id).root()));
+  EXPECT_FALSE(fs::exists(store->incoming(id)));
+}
+
+TEST(Store, AScanThatIsWorkedOnIsNotDeleted) {
+  const TemporaryFolder folder;
+  const auto store = open_store(folder.path());
+  const std::string id = scan_on_disk(*store, StorePhase::running);
+  EXPECT_FALSE(store->delete_scan(id));
+  EXPECT_TRUE(fs::exists(store->bundle(id).frame("body", 1)));
+}
+
+TEST(Store, BringsACatalogueOfTheFirstVersionUpToDate) {
+  const TemporaryFolder folder;
+  auto store = open_store(folder.path());
+  const std::string id = scan_in(*store, StorePhase::done);
+  store.reset();
+  execute(folder.path() / "catalogue.sqlite", "DROP TABLE deleted; PRAGMA user_version = 1");
+  store = open_store(folder.path());
+  EXPECT_EQ(phase(*store, id), StorePhase::done);
+  EXPECT_TRUE(store->delete_scan(id));
 }
 
 TEST(Store, RefusesACatalogueOfANewerVersion) {

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+// The link at its limits, as JSON lines: link_bench FOLDER [CASE...]
+//
+//   throughput  256 keyframes of 2 MiB on loopback
+//   fleet       8 devices at once, 1,000 scans of 10 small frames
+//   line        125 keyframes of 2 MiB over 20 Mbit/s with 50 ms and 1 % loss, between network namespaces (needs root)
+//
+// Host and devices are processes of their own: this program runs itself as the devices.
+#include "common/bundle/atomic_file.h"
+#include "device/uplink/uplink.h"
+#include "offload/ingest/ingest_server.h"
+#include "tests/device/spool/scan_support.h"
+
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+namespace gyre {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+void line(const std::string& name, const char* metric, double value, const char* unit) {
+  const nlohmann::ordered_json out = {
+      {"bench", "link"}, {"case", name}, {"metric", metric}, {"value", value}, {"unit", unit}};
+  std::puts(out.dump().c_str());
+  std::fflush(stdout);
+}
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+[[noreturn]] void give_up(const std::string& why) {
+  std::fprintf(stderr, "link_bench: %s\n", why.c_str());
+  std::_Exit(1);
+}
+
+template <class T>
+T must(Result<T> result) {
+  if (!result) give_up(result.error().message());
+  if constexpr (!std::is_void_v<T>) return std::move(*result);
+}
+
+// Peak resident memory of a process, MiB.
+double peak_memory(const std::string& process) {
+  std::ifstream status("/proc/" + process + "/status");
+  for (std::string word; status >> word;) {
+    double kib = 0;
+    if (word == "VmHWM:" && status >> kib) return kib / 1024.0;
+  }
+  return 0;
+}
+
+// Processor time of this process so far, seconds.
+double processor_seconds() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+struct Work {
+  int devices = 1;
+  int scans = 1;       // of each device
+  int keyframes = 10;  // of each scan
+  std::size_t bytes = 2 << 20;
+};
+
+// Time from a keyframe being spooled to its acknowledgement, milliseconds, of every keyframe of a scan.
+std::vector<double> follow(Spool& spool, const Scan& scan, const std::vector<Clock::time_point>& spooled) {
+  std::vector<double> waits(spooled.size(), -1.0);
+  while (true) {
+    const SpooledScan now = *spool.scan(scan.id);
+    for (std::size_t i = 0; i < spooled.size(); ++i) {
+      const SpooledFile* file = find_file(now.files, keyframe_name(static_cast<int>(i)));
+      if (waits[i] < 0 && file->phase == SpooledFilePhase::acknowledged) waits[i] = 1000.0 * seconds_since(spooled[i]);
+    }
+    if (now.phase == SpoolPhase::acknowledged) return waits;
+    ::usleep(500);
+  }
+}
+
+// The device's process: says "ready" on stdout when its first scan is spooled, starts at a line on stdin, and says what
+// it measured.
+int device(const fs::path& folder, const std::string& endpoint, const std::string& host_key, const Work& work) {
+  const auto spool = must(Spool::open(folder / "spool"));
+  UplinkOptions options;
+  options.host = endpoint;
+  options.host_public_key = host_key;
+  options.keys = must(read_key_pair(folder / "device.key"));
+  options.device_name = folder.filename().string();
+  must(options.check());
+
+  std::vector<int> indices(static_cast<std::size_t>(work.keyframes));
+  std::iota(indices.begin(), indices.end(), 0);
+  const auto seed = std::hash<std::string>{}(options.device_name);
+  Scan scan = small_scan();
+  if (work.scans == 1) must(spool_scan(*spool, scan, indices, work.bytes, seed));
+  std::puts("ready");
+  std::fflush(stdout);
+  std::getchar();
+
+  const Clock::time_point start = Clock::now();
+  const double before = processor_seconds();
+  Uplink uplink(options, *spool);
+  std::vector<double> waits;
+  for (int i = 0; i < work.scans; ++i) {
+    if (work.scans > 1) {
+      scan = small_scan();
+      must(spool->open_scan(scan));
+      std::vector<Clock::time_point> spooled;
+      for (const int index : indices) {
+        const auto picture = small_keyframe(seed + static_cast<std::uint64_t>(i * work.keyframes + index), work.bytes);
+        must(spool->add_file(scan.id, keyframe_name(index), picture));
+        spooled.push_back(Clock::now());
+      }
+      must(spool->close_scan(scan, small_records(work.keyframes, indices)));
+      const std::vector<double> of_scan = follow(*spool, scan, spooled);
+      waits.insert(waits.end(), of_scan.begin(), of_scan.end());
+    } else {
+      follow(*spool, scan, {});
+    }
+  }
+  std::printf("%s\n", json{{"seconds", seconds_since(start)},
+                           {"memory_mib", peak_memory("self")},
+                           {"cpu_seconds", processor_seconds() - before},
+                           {"waits_ms", waits}}
+                          .dump()
+                          .c_str());
+  return 0;
+}
+
+// A device's process as the host sees it.
+struct Child {
+  pid_t pid = -1;
+  FILE* to = nullptr;
+  FILE* from = nullptr;
+
+  std::string read_line() const {
+    std::string text;
+    for (int c = 0; (c = std::fgetc(from)) != EOF && c != '\n';) text += static_cast<char>(c);
+    return text;
+  }
+};
+
+Child start(const std::vector<std::string>& words) {
+  int in[2];
+  int out[2];
+  if (::pipe2(in, O_CLOEXEC) != 0 || ::pipe2(out, O_CLOEXEC) != 0) give_up("no pipe");
+  std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
+  for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
+  argv.push_back(nullptr);
+  const pid_t pid = ::fork();
+  if (pid == 0) {
+    ::dup2(in[0], STDIN_FILENO);
+    ::dup2(out[1], STDOUT_FILENO);
+    ::execvp(argv[0], argv.data());
+    ::_exit(127);
+  }
+  ::close(in[0]);
+  ::close(out[1]);
+  return {pid, ::fdopen(in[1], "w"), ::fdopen(out[0], "r")};
+}
+
+struct Outcome {
+  double seconds = 0;         // of the slowest device
+  double host_cpu = 0;        // seconds
+  double device_cpu = 0;      // seconds, all devices together
+  double device_memory = 0;   // MiB, of the largest
+  double host_memory = 0;     // MiB
+  std::vector<double> waits;  // milliseconds
+};
+
+// Host on `endpoint` and its devices, each run with `prefix` before its command, until all scans are acknowledged.
+Outcome run(const fs::path& folder, const std::string& endpoint, const std::vector<std::string>& prefix,
+            const Work& work) {
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  const auto store = must(Store::open(folder / "store"));
+  IngestOptions options;
+  options.endpoint = endpoint;
+  options.keys = make_key_pair();
+  options.allow_list = folder / "devices";
+  must(options.check());
+  std::atomic<int> queued = 0;
+  IngestServer server(options, *store, [&](const std::string&) { ++queued; });
+  std::vector<Child> children;
+  std::vector<fs::path> folders;
+  for (int i = 0; i < work.devices; ++i) {
+    const fs::path mine = folder / ("rig-" + std::to_string(i));
+    const KeyPair keys = make_key_pair();
+    must(write_key_pair(mine / "device.key", keys));
+    must(authorise_device(options.allow_list, "rig-" + std::to_string(i), keys.public_key));
+    folders.push_back(mine);
+  }
+  must(server.start());
+  for (const fs::path& mine : folders) {
+    std::vector<std::string> words = prefix;
+    for (const std::string& word :
+         {fs::read_symlink("/proc/self/exe").string(), std::string("device"), mine.string(), server.endpoint(),
+          options.keys.public_key, std::to_string(work.devices), std::to_string(work.scans),
+          std::to_string(work.keyframes), std::to_string(work.bytes)}) {
+      words.push_back(word);
+    }
+    children.push_back(start(words));
+  }
+  for (const Child& child : children) {
+    if (child.read_line() != "ready") give_up("a device did not start");
+  }
+  const double before = processor_seconds();
+  for (const Child& child : children) {
+    std::fputs("go\n", child.to);
+    std::fflush(child.to);
+  }
+  Outcome outcome;
+  for (const Child& child : children) {
+    const json said = json::parse(child.read_line(), nullptr, false);
+    if (!said.is_object()) give_up("a device failed");
+    outcome.seconds = std::max(outcome.seconds, said.at("seconds").get<double>());
+    outcome.device_memory = std::max(outcome.device_memory, said.at("memory_mib").get<double>());
+    outcome.device_cpu += said.at("cpu_seconds").get<double>();
+    for (const json& wait : said.at("waits_ms")) outcome.waits.push_back(wait);
+    std::fclose(child.to);
+    std::fclose(child.from);
+    ::waitpid(child.pid, nullptr, 0);
+  }
+  outcome.host_cpu = processor_seconds() - before;
+  outcome.host_memory = peak_memory("self");
+  if (queued != work.devices * work.scans) give_up("scans were lost or doubled");
+  server.stop();
+  fs::remove_all(folder);
+  return outcome;
+}
+
+void throughput(const fs::path& folder) {
+  const Work work{1, 1, 256, 2 << 20};
+  const Outcome outcome = run(folder / "throughput", "tcp://127.0.0.1:*", {}, work);
+  line("throughput", "throughput", 512.0 / outcome.seconds, "MiB/s");
+  line("throughput", "host_processor_time", outcome.host_cpu, "s");
+  line("throughput", "device_processor_time", outcome.device_cpu, "s");
+  line("throughput", "device_memory", outcome.device_memory, "MiB");
+  line("throughput", "host_memory", outcome.host_memory, "MiB");
+}
+
+void fleet(const fs::path& folder) {
+  const Work work{8, 125, 10, 20'000};
+  Outcome outcome = run(folder / "fleet", "tcp://127.0.0.1:*", {}, work);
+  std::sort(outcome.waits.begin(), outcome.waits.end());
+  const auto share = [&](double p) {
+    return outcome.waits[static_cast<std::size_t>(p * static_cast<double>(outcome.waits.size() - 1))];
+  };
+  line("fleet", "scans", work.devices * work.scans, "");
+  line("fleet", "seconds", outcome.seconds, "s");
+  line("fleet", "acknowledgement_p50", share(0.5), "ms");
+  line("fleet", "acknowledgement_p99", share(0.99), "ms");
+  line("fleet", "device_memory", outcome.device_memory, "MiB");
+  line("fleet", "host_memory", outcome.host_memory, "MiB");
+}
+
+void shell(const std::string& command, bool needed = true) {
+  if (std::system((command + " 2>/dev/null").c_str()) != 0 && needed) give_up("cannot: " + command);
+}
+
+// The host here, the device in a network namespace behind a line with rate, delay and loss both ways.
+void slow_line(const fs::path& folder) {
+  constexpr double rate_mbit = 20.0;
+  const std::string space = "gyre-bench";
+  const std::string here = "gyre-b0";
+  const std::string there = "gyre-b1";
+  const auto clean = [&] {
+    shell("ip link del " + here, false);
+    shell("ip netns del " + space, false);
+  };
+  clean();
+  shell("ip netns add " + space);
+  shell("ip link add " + here + " type veth peer name " + there + " netns " + space);
+  shell("ip addr add 198.18.0.1/30 dev " + here + " && ip link set " + here + " up");
+  const std::string inside = "ip netns exec " + space + " ";
+  shell(inside + "ip addr add 198.18.0.2/30 dev " + there + " && " + inside + "ip link set " + there + " up");
+  const std::string netem = " root netem delay 25ms loss 1% rate 20mbit limit 1000";
+  if (std::system(("tc qdisc add dev " + here + netem + " 2>/dev/null").c_str()) != 0) {
+    clean();
+    give_up("no line with loss and delay: this kernel has no sch_netem");
+  }
+  shell(inside + "tc qdisc add dev " + there + netem);
+  const Work work{1, 1, 125, 2 << 20};
+  const Outcome outcome = run(folder / "line", "tcp://198.18.0.1:*", {"ip", "netns", "exec", space}, work);
+  clean();
+  const double megabits = 125.0 * (2 << 20) * 8.0 / 1e6 / outcome.seconds;
+  line("line", "throughput", megabits, "Mbit/s");
+  line("line", "use", megabits / rate_mbit, "");
+  line("line", "device_memory", outcome.device_memory, "MiB");
+}
+
+int bench(const std::vector<std::string>& words) {
+  const std::map<std::string, std::function<void(const fs::path&)>> cases = {
+      {"throughput", throughput}, {"fleet", fleet}, {"line", slow_line}};
+  if (words.empty()) {
+    std::fputs("usage: link_bench FOLDER [throughput] [fleet] [line]\n", stderr);
+    return 2;
+  }
+  std::vector<std::string> chosen(words.begin() + 1, words.end());
+  if (chosen.empty()) chosen = {"throughput", "fleet", "line"};
+  for (const std::string& name : chosen) {
+    if (!cases.contains(name)) give_up("no such case: " + name);
+    cases.at(name)(words[0]);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace gyre
+
+int main(int argc, char** argv) {
+  spdlog::set_level(spdlog::level::warn);
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  if (words.size() == 8 && words[0] == "device") {
+    return gyre::device(words[1], words[2], words[3],
+                        {std::stoi(words[4]), std::stoi(words[5]), std::stoi(words[6]), std::stoul(words[7])});
+  }
+  return gyre::bench(words);
+}
