@@ -8,13 +8,16 @@
 #include "common/render/rasterise.h"
 #include "offload/body/template.h"
 #include "offload/report/camera_errors.h"
+#include "offload/report/held_out_views.h"
 #include "offload/report/json_fields.h"
 #include "offload/report/statistics.h"
 #include "offload/report/surface_errors.h"
+#include "offload/report/texture_errors.h"
 #include "offload/report/truth.h"
 #include "offload/report/view_errors.h"
 
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 
@@ -216,6 +219,7 @@ Result<json> view_figures(const Inputs& in, const Textured& textured) {
       views.push_back({&image, &pass, pose->second});
   }
   std::vector<ColourError> errors(views.size());
+  std::vector<std::pair<double, double>> sharp(views.size());  // of the photograph and of what is rendered
   std::vector<char> unreadable(views.size(), 0);
   ShadeOptions unlit;  // the light of the capture is in the texture
   unlit.lit = false;
@@ -233,20 +237,55 @@ Result<json> view_figures(const Inputs& in, const Textured& textured) {
       return;
     }
     const cv::Mat rendered = render(textured.mesh, textured.albedo, camera, view.image->cam_from_world, unlit);
-    errors[i] = colour_error(rendered, photo, silhouette(textured.mesh, camera, view.image->cam_from_world),
-                             silhouette(view.pass->surface, view.pass->camera, view.true_pose));
+    const cv::Mat shown = silhouette(textured.mesh, camera, view.image->cam_from_world);
+    const cv::Mat real = silhouette(view.pass->surface, view.pass->camera, view.true_pose);
+    errors[i] = colour_error(rendered, photo, shown, real);
+    const cv::Mat both = shown & real;
+    sharp[i] = {sharpness(photo, both), sharpness(rendered, both)};
   });
   ColourError all;
   std::vector<double> single;
-  for (const ColourError& error : errors) {
-    all.squared += error.squared;
-    all.pixels += error.pixels;
-    if (error.pixels > 0) single.push_back(error.rmse());
+  json by_name = json::object();
+  double photographed = 0.0, shown = 0.0;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    all.squared += errors[i].squared;
+    all.pixels += errors[i].pixels;
+    photographed += sharp[i].first;
+    shown += sharp[i].second;
+    if (errors[i].pixels == 0) continue;
+    single.push_back(errors[i].rmse());
+    by_name[views[i].image->name] = single.back();
   }
   if (all.pixels == 0) return fail("no keyframe shows the rendered subject inside both silhouettes");
-  return json{{"cielab_rmse", all.rmse()}, {"worst_view", *std::max_element(single.begin(), single.end())},
-              {"views", single.size()},    {"unreadable", std::count(unreadable.begin(), unreadable.end(), 1)},
-              {"pixels", all.pixels},      {"colour_space", "CIE 1976 L*a*b*, D65, sRGB linearised"}};
+  return json{
+      {"cielab_rmse", all.rmse()},
+      {"mean_of_views", std::accumulate(single.begin(), single.end(), 0.0) / static_cast<double>(single.size())},
+      {"worst_view", *std::max_element(single.begin(), single.end())},
+      {"by_view", by_name},
+      {"sharpness_ratio", photographed > 0 ? shown / photographed : 0.0},
+      {"views", single.size()},
+      {"unreadable", std::count(unreadable.begin(), unreadable.end(), 1)},
+      {"pixels", all.pixels},
+      {"colour_space", "CIE 1976 L*a*b*, D65, sRGB linearised"}};
+}
+
+Result<json> seam_figures(const Inputs& in, const Textured& textured) {
+  const std::filesystem::path file = in.bundle.work("texture") / "view.png";
+  if (!std::filesystem::exists(file)) return fail("no map of views", file.string(), "run the stage texture again");
+  cv::Mat view;
+  try {
+    view = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {
+  }
+  if (view.type() != CV_16U || view.size() != textured.albedo.size()) {
+    return fail("the map of views does not belong to the texture", file.string(), "run the stage texture again");
+  }
+  const SeamEnergy energy = seam_energy(textured.albedo, view, textured.mesh);
+  return json{{"border", energy.border},
+              {"interior", energy.interior},
+              {"ratio", energy.ratio()},
+              {"charts", energy.charts},
+              {"unit", "encoded levels between neighbouring texels"}};
 }
 
 bool captured(const std::vector<FrameId>& keyframes, const std::string& pass) {
@@ -278,8 +317,9 @@ Result<json> evaluate(const Bundle& bundle, const std::filesystem::path& truth_f
   if (truth->empty()) return wrong_use("the truth is of other passes than the bundle", truth_folder.string());
 
   Inputs in{bundle, std::move(*truth), std::move(*keyframes), options, {}, {}};
-  json answer = {{"scan", scan->id},   {"registered", nullptr}, {"cameras", nullptr}, {"cloud", nullptr},
-                 {"surface", nullptr}, {"joints", nullptr},     {"views", nullptr},   {"missing", json::object()}};
+  json answer = {{"scan", scan->id},    {"registered", nullptr},    {"cameras", nullptr}, {"cloud", nullptr},
+                 {"surface", nullptr},  {"joints", nullptr},        {"views", nullptr},   {"seams", nullptr},
+                 {"held_out", nullptr}, {"missing", json::object()}};
   const auto missing = [&](std::initializer_list<const char*> parts, const Error& why) {
     for (const char* part : parts) answer["missing"][part] = why.message();
   };
@@ -293,14 +333,14 @@ Result<json> evaluate(const Bundle& bundle, const std::filesystem::path& truth_f
 
   auto model = read_colmap_model(bundle.work("cameras"));
   if (!model) {
-    missing({"registered", "cameras", "cloud", "surface", "joints", "views"}, model.error());
+    missing({"registered", "cameras", "cloud", "surface", "joints", "views", "seams", "held_out"}, model.error());
     return answer;
   }
   in.model = std::move(*model);
   answer["registered"] = registration(in);
   auto cameras = camera_errors(in.model, in.truth);
   if (!cameras) {  // nothing can be aligned
-    missing({"cameras", "cloud", "surface", "joints", "views"}, cameras.error());
+    missing({"cameras", "cloud", "surface", "joints", "views", "seams", "held_out"}, cameras.error());
     return answer;
   }
   in.cameras = std::move(*cameras);
@@ -311,13 +351,13 @@ Result<json> evaluate(const Bundle& bundle, const std::filesystem::path& truth_f
   options.progress(0.3, "surface");
   const auto aligned = align_fit(in);
   if (!aligned) {
-    missing({"surface", "joints", "views"}, aligned.error());
+    missing({"surface", "joints", "views", "seams", "held_out"}, aligned.error());
     return answer;
   }
   answer["surface"] = surface_figures(in, *aligned);
   const auto fit = read_fit(bundle);
   if (!fit) {
-    missing({"joints", "views"}, fit.error());
+    missing({"joints", "views", "seams", "held_out"}, fit.error());
     return answer;
   }
   put("joints", joint_figures(in, *fit, aligned->rigid));
@@ -325,8 +365,12 @@ Result<json> evaluate(const Bundle& bundle, const std::filesystem::path& truth_f
   const auto textured = textured_fit(in, *fit, aligned->posed);
   if (textured) {
     put("views", view_figures(in, *textured));
+    options.progress(0.8, "seams and held-out frames");
+    put("seams", seam_figures(in, *textured));
+    put("held_out",
+        held_out_figures(in.truth, in.keyframes, in.cameras.truth_from_model, textured->mesh, textured->albedo));
   } else {
-    missing({"views"}, textured.error());
+    missing({"views", "seams", "held_out"}, textured.error());
   }
   options.progress(1.0, "done");
   return answer;

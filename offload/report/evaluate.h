@@ -29,7 +29,10 @@ struct EvaluateOptions {
 //   true surface to
 //                the fitted one; fitted vertices that at least one true camera sees to the true surface
 //   joints       distance of equally named joints, after the rigid alignment without scale
-//   views        CIELAB (D65, sRGB linearised) root mean square error of re-rendered keyframes inside both silhouettes
+//   views        CIELAB (D65, sRGB linearised) root mean square error of re-rendered keyframes inside both silhouettes,
+//   over all pixels and by view; sharpness against the keyframes'
+//   seams        colour steps in the texture between photographs, within one, and where charts meet (see SeamEnergy)
+//   held_out     PSNR, SSIM and CIELAB error of re-rendered frames that are no keyframes (see held_out_figures)
 // A part the bundle does not have is null, with its reason under "missing". Errors only for an unreadable bundle or
 // truth.
 Result<nlohmann::json> evaluate(const Bundle& bundle, const std::filesystem::path& truth_folder,

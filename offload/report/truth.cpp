@@ -52,6 +52,8 @@ TruthPass pass_from(const json& truth) {
     const double turned = (frame.value("subject_yaw_deg", 0.0) - first_yaw) * M_PI / 180.0;
     const Pose now_from_first{Eigen::Quaterniond(Eigen::AngleAxisd(turned, Eigen::Vector3d::UnitY())), {0, 0, 0}};
     pass.cam_from_world[frame.at("index").get<int>()] = pose_from(frame.at("cam_from_world")) * now_from_first;
+    if (frame.value("blurred", false) || frame.value("defocused", false))
+      pass.unsharp.insert(frame.at("index").get<int>());
   }
   for (const auto& [name, position] : frames.at(0).at("joints").items()) {
     const std::string vrm = vrm_joint_name(name);
@@ -78,6 +80,7 @@ Result<TruthPass> read_pass(const std::filesystem::path& folder) {
   if (!surface) return tl::unexpected(surface.error());
   if (surface->triangles.empty()) return fail("the true surface has no triangles", (folder / "mesh.ply").string());
   pass.surface = std::move(*surface);
+  if (std::filesystem::exists(folder / "video.mp4")) pass.video = folder / "video.mp4";
   return pass;
 }
 

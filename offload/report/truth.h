@@ -9,6 +9,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 
 namespace gyre {
@@ -18,6 +19,8 @@ namespace gyre {
 struct TruthPass {
   Camera camera;
   std::map<int, Pose> cam_from_world;             // by frame index
+  std::set<int> unsharp;                          // frames with motion or focus blur
+  std::filesystem::path video;                    // empty: none
   TriangleMesh surface;                           // the triangles seen in that pass, metres
   std::map<std::string, Eigen::Vector3d> joints;  // by VRM name, metres
 };

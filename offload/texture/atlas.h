@@ -2,6 +2,8 @@
 // Which point of the surface each texel of a texture shows.
 #pragma once
 
+#include "common/mesh/mesh.h"
+
 #include <Eigen/Core>
 #include <cstdint>
 #include <span>
@@ -27,6 +29,14 @@ Atlas map_atlas(std::span<const Eigen::Vector2d> uv, std::span<const Eigen::Vect
 inline Eigen::Vector3d corner_weights(const Atlas& atlas, std::size_t i) {
   const Eigen::Vector2d w = atlas.weights[i].cast<double>();
   return {1.0 - w.x() - w.y(), w.x(), w.y()};
+}
+
+// Where texel i lies: metres, world.
+inline Eigen::Vector3d texel_point(const TriangleMesh& mesh, const Atlas& atlas, std::size_t i) {
+  const Eigen::Vector3d weights = corner_weights(atlas, i);
+  const Eigen::Vector3i& corners = mesh.triangles[atlas.triangle[i]];
+  return weights[0] * mesh.vertices[corners[0]] + weights[1] * mesh.vertices[corners[1]] +
+         weights[2] * mesh.vertices[corners[2]];
 }
 
 }  // namespace gyre

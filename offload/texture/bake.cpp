@@ -3,9 +3,11 @@
 
 #include "common/parallel/parallel.h"
 #include "offload/texture/atlas.h"
-#include "offload/texture/blend.h"
 #include "offload/texture/face_graph.h"
 #include "offload/texture/fill.h"
+#include "offload/texture/mirror.h"
+#include "offload/texture/paint.h"
+#include "offload/texture/single_view.h"
 #include "offload/texture/view_effects.h"
 
 #include <algorithm>
@@ -62,6 +64,9 @@ BakedTexture finish(const Canvas& canvas, const Atlas& atlas, std::size_t photos
   BakedTexture baked;
   baked.albedo.create(atlas.size, atlas.size, CV_8UC3);
   baked.source = cv::Mat::zeros(atlas.size, atlas.size, CV_8UC3);
+  baked.view = cv::Mat::zeros(atlas.size, atlas.size, CV_16U);
+  baked.origin = cv::Mat::zeros(atlas.size, atlas.size, CV_8U);
+  baked.confidence = cv::Mat::zeros(atlas.size, atlas.size, CV_8U);
   baked.texels_of.assign(photos, 0);
   std::vector<cv::Vec3b> key(photos);
   for (std::size_t p = 0; p < photos; ++p) key[p] = colour_of_photo(static_cast<int>(p));
@@ -72,12 +77,16 @@ BakedTexture finish(const Canvas& canvas, const Atlas& atlas, std::size_t photos
       baked.albedo.at<cv::Vec3b>(y, x)[c] = cv::saturate_cast<std::uint8_t>(canvas.colour[i][c]);
     }
     if (atlas.triangle[i] < 0) continue;
+    baked.origin.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(canvas.origin[i]);
+    baked.confidence.at<std::uint8_t>(y, x) = canvas.confidence[i];
     ++baked.origins[static_cast<std::size_t>(canvas.origin[i])];
     cv::Vec3b& source = baked.source.at<cv::Vec3b>(y, x);
     if (canvas.origin[i] == TexelOrigin::filled) source = {60, 60, 60};
+    if (canvas.origin[i] == TexelOrigin::mirrored) source = {150, 150, 150};
     if (canvas.origin[i] == TexelOrigin::generated) source = {255, 255, 255};
     if (canvas.photo[i] < 0) continue;
     source = key[canvas.photo[i]];
+    baked.view.at<std::uint16_t>(y, x) = static_cast<std::uint16_t>(canvas.photo[i] + 1);
     ++baked.texels_of[canvas.photo[i]];
   }
   return baked;
@@ -127,26 +136,30 @@ Result<BakedTexture> bake_texture(const BakeSubject& subject, std::vector<Photo>
   const std::vector<double> sharpness = relative_sharpness(table, photos);
   weigh_scores(table, photos, sharpness, subject.head, options.head_preference);
 
+  if (options.cut_and_blend && options.align) {
+    progress(0.4, "alignment");
+    align_photos(surface, table, options.alignment, threads, photos);
+  }
+
   progress(0.5, "labelling");
   LabelOptions labels = options.labels;
   if (!options.cut_and_blend) labels.sweeps = 0;
-  const std::vector<std::vector<Candidate>> candidates = label_candidates(table, labels);
+  std::vector<std::vector<Candidate>> candidates = label_candidates(table, labels);
+  hold_to_one_view(table, subject.feature, candidates);
   const std::vector<SharedEdge> edges = shared_edges(mesh.triangles);
   const std::vector<int> label = choose_photos(mesh.vertices, edges, candidates, photos, labels);
 
-  progress(0.65, "seam levelling");
-  VertexPatches patches(mesh.vertices.size());
-  if (options.cut_and_blend) {
-    patches = patches_at_vertices(mesh.triangles, label, mesh.vertices.size());
-    level_seams(surface, edges, label, options.levels, patches);
-  }
-
-  progress(0.75, "painting");
+  progress(0.65, "painting");
   const Atlas atlas = map_atlas(mesh.uv, mesh.uv_triangles, options.size, options.rim);
-  Canvas canvas = paint({surface, atlas, label, candidates, patches}, threads);
+  const PaintJob job{surface, atlas, label, candidates, sharpness};
+  Canvas canvas = paint(job, threads);
+
+  progress(0.75, "blending");
+  if (options.cut_and_blend) blend_gradients(job, edges, options.gradients, threads, canvas);
   generate_colours(subject, atlas, threads, canvas);
 
   progress(0.9, "filling");
+  if (!subject.mirror.empty()) fill_mirrored(mesh, atlas, edges, subject.mirror, skip, threads, canvas);
   fill_surface(atlas, mesh.triangles, mesh.vertices.size(), skip, canvas);
   fill_background(options.size, canvas);
 

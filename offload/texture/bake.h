@@ -5,8 +5,9 @@
 #include "common/log/log.h"
 #include "common/mesh/mesh.h"
 #include "common/result/result.h"
+#include "offload/texture/align.h"
+#include "offload/texture/gradient_blend.h"
 #include "offload/texture/labelling.h"
-#include "offload/texture/levelling.h"
 #include "offload/texture/observations.h"
 #include "offload/texture/photo.h"
 
@@ -20,15 +21,17 @@
 namespace gyre {
 
 struct BakeOptions {
-  int size = 2048;  // texels a side
+  int size = 4096;  // texels a side
   int rim = 2;      // texels every chart continues beyond its border
   bool equalise_exposure = true;
   bool cut_and_blend = true;  // false: best view a triangle, nothing smoothed (what the better result is compared with)
+  bool align = true;          // photographs onto each other; only with cut_and_blend
   double head_preference = 1.5;  // factor on the score of head views on the head, and of body views elsewhere
   SightOptions sight;
   ViewLimits limits;
+  AlignOptions alignment;
   LabelOptions labels;
-  LevelOptions levels;
+  GradientOptions gradients;
 
   Result<void> check() const;
 };
@@ -38,21 +41,28 @@ struct BakeOptions {
 struct BakeSubject {
   TriangleMesh mesh;
   std::vector<std::uint8_t> head;       // 1: belongs to the head
+  std::vector<std::uint8_t> feature;    // 1 and up: parts of the face that one photograph has to show whole
   std::vector<std::uint8_t> generated;  // 1: coloured by `generate` and not from photographs
   std::function<Eigen::Vector3f(int triangle, const Eigen::Vector3d& weights)> generate;  // encoded BGR
+  std::vector<int> mirror;  // one a vertex: its mirror vertex, -1: none; or empty
 };
 
 struct BakedTexture {
   cv::Mat albedo;  // 8-bit BGR, size x size, no texel without colour
-  cv::Mat source;  // 8-bit BGR: one colour a photograph; black: no surface, dark grey: filled, white: generated
-  std::vector<std::size_t> texels_of;    // of each photograph
-  std::array<std::size_t, 5> origins{};  // texels of the surface by TexelOrigin
-  std::vector<Eigen::Vector3d> gains;    // BGR, of each photograph
-  std::vector<double> sharpness;         // of each photograph, (0, 1]
+  cv::Mat source;  // 8-bit BGR: one colour a photograph; black: no surface, dark grey: filled, light grey: mirrored,
+                   // white: generated
+  cv::Mat view;    // 16-bit: 1 + the photograph a texel shows, 0: none
+  cv::Mat origin;  // 8-bit: TexelOrigin
+  cv::Mat confidence;                  // 8-bit: 255 for what the sharpest photographs see head-on, 0 for invented
+  std::vector<std::size_t> texels_of;  // of each photograph
+  std::array<std::size_t, texel_origins> origins{};  // texels of the surface by TexelOrigin
+  std::vector<Eigen::Vector3d> gains;                // BGR, of each photograph
+  std::vector<double> sharpness;                     // of each photograph, (0, 1]
 };
 
-// Methods 1.5, first part: visibility, per-view colour, labelling, blending, filling. Photographs are cropped in place.
-// Error: options out of range, a mesh without texture coordinates, no photographs, or none that sees the mesh.
+// Methods 1.5, first part: visibility, per-view colour, alignment, labelling, blending, filling. Photographs are
+// cropped in place. Error: options out of range, a mesh without texture coordinates, no photographs, or none that sees
+// the mesh.
 Result<BakedTexture> bake_texture(const BakeSubject& subject, std::vector<Photo> photos, const BakeOptions& options,
                                   int threads, const Progress& progress);
 

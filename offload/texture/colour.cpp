@@ -35,6 +35,18 @@ Eigen::Vector3f lab_from_bgr(const Eigen::Vector3f& bgr) {
   return Eigen::Vector3d(116 * f.y() - 16, 500 * (f.x() - f.y()), 200 * (f.y() - f.z())).cast<float>();
 }
 
+Eigen::Vector3f bgr_from_lab(const Eigen::Vector3f& lab) {
+  Eigen::Matrix3d rgb_from_xyz;
+  rgb_from_xyz << 3.2404542, -1.5371385, -0.4985314, -0.9692660, 1.8760108, 0.0415560, 0.0556434, -0.2040259, 1.0572252;
+  const double fy = (double{lab[0]} + 16.0) / 116.0;
+  const Eigen::Vector3d f(fy + double{lab[1]} / 500.0, fy, fy - double{lab[2]} / 200.0);
+  const Eigen::Vector3d ratio =
+      f.unaryExpr([](double v) { return v > 6.0 / 29.0 ? v * v * v : (116.0 * v - 16.0) * 27.0 / 24389.0; });
+  const Eigen::Vector3d rgb = rgb_from_xyz * ratio.cwiseProduct(Eigen::Vector3d(0.95047, 1.0, 1.08883));
+  return {encoded_from_linear(static_cast<float>(rgb[2])), encoded_from_linear(static_cast<float>(rgb[1])),
+          encoded_from_linear(static_cast<float>(rgb[0]))};
+}
+
 ToneCurve::ToneCurve(const Eigen::Vector3d& gain_bgr) : gain_(gain_bgr) {
   for (int c = 0; c < 3; ++c) {
     for (int v = 0; v < 256; ++v) {

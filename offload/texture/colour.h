@@ -15,6 +15,9 @@ float encoded_from_linear(float linear);
 // CIELAB under D65 of an encoded BGR colour in [0, 255].
 Eigen::Vector3f lab_from_bgr(const Eigen::Vector3f& bgr);
 
+// And back; what sRGB does not hold is clamped.
+Eigen::Vector3f bgr_from_lab(const Eigen::Vector3f& lab);
+
 // Multiplies a photograph's colours by one gain a channel in linear light, on encoded values.
 class ToneCurve {
  public:

@@ -19,7 +19,8 @@ VertexColours seen_colours(const Atlas& atlas, std::span<const Eigen::Vector3i> 
   VertexColours seen{std::vector<Eigen::Vector3f>(vertices, Eigen::Vector3f::Zero()),
                      std::vector<float>(vertices, 0.0F)};
   for (std::size_t i = 0; i < atlas.texels(); ++i) {
-    if (canvas.origin[i] != TexelOrigin::strict && canvas.origin[i] != TexelOrigin::loose) continue;
+    const TexelOrigin origin = canvas.origin[i];
+    if (origin != TexelOrigin::strict && origin != TexelOrigin::loose && origin != TexelOrigin::mirrored) continue;
     const Eigen::Vector3d weights = corner_weights(atlas, i);
     for (int k = 0; k < 3; ++k) {
       const auto w = static_cast<float>(std::clamp(weights[k], 0.0, 1.0));

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "offload/texture/atlas.h"
-#include "offload/texture/blend.h"
+#include "offload/texture/paint.h"
 
 #include <Eigen/Core>
 #include <cstdint>

@@ -31,6 +31,11 @@ Eigen::Vector3f mix(const Eigen::Vector3f& a, const Eigen::Vector3f& b, float t)
   return (1 - t) * a + t * b;
 }
 
+Eigen::Vector3f moved(const Eigen::Vector3f& bgr, const Eigen::Vector3f& lab_shift) {
+  if (lab_shift.isZero()) return bgr;
+  return bgr_from_lab(lab_from_bgr(bgr) + lab_shift);
+}
+
 }  // namespace
 
 InnerPaint::InnerPaint(const BodyTemplate& body)
@@ -77,6 +82,11 @@ void InnerPaint::cover_cavities() {
   }
 }
 
+void InnerPaint::match(const EyeColours& person) {
+  iris_shift_ = lab_from_bgr(person.iris) - lab_from_bgr(mix(iris_inner, iris_outer, 0.5F));
+  white_shift_ = lab_from_bgr(person.sclera) - lab_from_bgr(sclera);
+}
+
 // The iris is a disc of 11.7 mm on a ball of 24 mm, facing +Z as the template's eyes do.
 Eigen::Vector3f InnerPaint::eye_colour(const Eye& eye, const Eigen::Vector3d& point) const {
   const Eigen::Vector3d direction = (point - eye.centre).normalized();
@@ -84,29 +94,32 @@ Eigen::Vector3f InnerPaint::eye_colour(const Eye& eye, const Eigen::Vector3d& po
   const double around = std::atan2(direction.y(), direction.x());
   const float fibres = 0.08F * static_cast<float>(std::sin(23 * around) + std::sin(41 * around + 1.0));
   Eigen::Vector3f iris = mix(iris_inner, iris_outer, step(14, 29, angle)) * (1.0F + fibres);
-  iris = mix(pupil, iris, step(10, 12, angle));
-  const Eigen::Vector3f white = mix(sclera, sclera_rim, step(50, 95, angle));
+  iris = mix(pupil, moved(iris, iris_shift_), step(10, 12, angle));
+  const Eigen::Vector3f white = moved(mix(sclera, sclera_rim, step(50, 95, angle)), white_shift_);
   return mix(iris, white, step(28, 31, angle));
 }
 
-Eigen::Vector3f InnerPaint::colour(int triangle, const Eigen::Vector3d& weights) const {
+Eigen::Vector3f InnerPaint::neutral_colour(int triangle) const {
   switch (kind_[triangle]) {
-    case Kind::eye: {
-      Eigen::Vector3d point = Eigen::Vector3d::Zero();
-      for (int k = 0; k < 3; ++k) point += weights[k] * body_.mesh.vertices[body_.mesh.triangles[triangle][k]];
-      return eye_colour(eyes_[eye_of_[triangle]], point);
-    }
     case Kind::teeth:
       return teeth;
     case Kind::tongue:
       return tongue;
     case Kind::socket:
       return socket_skin;
+    case Kind::eye:
     case Kind::mouth:
     case Kind::none:
       break;
   }
   return mouth;
+}
+
+Eigen::Vector3f InnerPaint::colour(int triangle, const Eigen::Vector3d& weights) const {
+  if (kind_[triangle] != Kind::eye) return moved(neutral_colour(triangle), 0.5F * white_shift_);
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 3; ++k) point += weights[k] * body_.mesh.vertices[body_.mesh.triangles[triangle][k]];
+  return eye_colour(eyes_[eye_of_[triangle]], point);
 }
 
 }  // namespace gyre

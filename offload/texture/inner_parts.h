@@ -4,6 +4,7 @@
 #pragma once
 
 #include "offload/body/template.h"
+#include "offload/texture/eye_colours.h"
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -14,6 +15,10 @@ namespace gyre {
 class InnerPaint {
  public:
   explicit InnerPaint(const BodyTemplate& body);
+
+  // Moves the neutral colours in CIELAB: iris and white onto those of the person, mouth and teeth by half of what the
+  // white moved, which is the light's doing.
+  void match(const EyeColours& person);
 
   // One a triangle of the template: 1 where the colour is generated.
   const std::vector<std::uint8_t>& covered() const { return covered_; }
@@ -31,12 +36,14 @@ class InnerPaint {
   // The skin's own inside: mouth, and eye sockets behind the lids.
   void cover_cavities();
   Eigen::Vector3f eye_colour(const Eye& eye, const Eigen::Vector3d& point) const;
+  Eigen::Vector3f neutral_colour(int triangle) const;
 
   const BodyTemplate& body_;
   std::vector<std::uint8_t> covered_;
   std::vector<Kind> kind_;
   std::vector<std::uint8_t> eye_of_;
   std::vector<Eye> eyes_;
+  Eigen::Vector3f iris_shift_ = Eigen::Vector3f::Zero(), white_shift_ = Eigen::Vector3f::Zero();  // CIELAB
 };
 
 }  // namespace gyre

@@ -46,9 +46,23 @@ void crop_to(Photo& photo, std::span<const Eigen::Vector3d> vertices, int margin
   photo.camera.cy -= y0;
 }
 
+Eigen::Vector2d shifted(const Photo& photo, const Eigen::Vector2d& pixel) {
+  if (photo.shift.empty()) return pixel;
+  const Eigen::Vector2d at = ((pixel.array() - 0.5) / photo.shift_grid).max(0.0).matrix();
+  const int x = std::min(static_cast<int>(at.x()), photo.shift.cols - 2);
+  const int y = std::min(static_cast<int>(at.y()), photo.shift.rows - 2);
+  const auto a = static_cast<float>(std::min(at.x() - x, 1.0));
+  const auto b = static_cast<float>(std::min(at.y() - y, 1.0));
+  const cv::Vec2f shift =
+      (1 - b) * ((1 - a) * photo.shift.at<cv::Vec2f>(y, x) + a * photo.shift.at<cv::Vec2f>(y, x + 1)) +
+      b * ((1 - a) * photo.shift.at<cv::Vec2f>(y + 1, x) + a * photo.shift.at<cv::Vec2f>(y + 1, x + 1));
+  return pixel + Eigen::Vector2d(shift[0], shift[1]);
+}
+
 Eigen::Vector3f sample_raw(const Photo& photo, const Eigen::Vector2d& pixel) {
-  const double x = pixel.x() - 0.5;
-  const double y = pixel.y() - 0.5;
+  const Eigen::Vector2d place = shifted(photo, pixel);
+  const double x = place.x() - 0.5;
+  const double y = place.y() - 0.5;
   const int x0 = static_cast<int>(std::floor(x));
   const int y0 = static_cast<int>(std::floor(y));
   const std::array<float, 4> wx = catmull_rom(static_cast<float>(x - x0));

@@ -6,8 +6,9 @@
 #include "common/mesh/mesh_io.h"
 #include "offload/body/template.h"
 #include "offload/texture/bake.h"
-#include "offload/texture/blend.h"
 #include "offload/texture/inner_parts.h"
+#include "offload/texture/paint.h"
+#include "offload/texture/single_view.h"
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -76,6 +77,7 @@ nlohmann::json describe(const BakedTexture& baked, std::span<const std::string> 
           {"share",
            {{"within_45_deg", count(TexelOrigin::strict) / total},
             {"within_75_deg_or_near_edge", count(TexelOrigin::loose) / total},
+            {"mirrored", count(TexelOrigin::mirrored) / total},
             {"filled", count(TexelOrigin::filled) / total},
             {"generated", count(TexelOrigin::generated) / total}}},
           {"views", views}};
@@ -99,11 +101,15 @@ Result<nlohmann::json> run(const StageContext& context) {
   auto photos = load_photos(context);
   if (!photos) return tl::unexpected(photos.error());
 
-  const InnerPaint paint(*body);
+  InnerPaint paint(*body);
+  const auto eyes = measure_eyes(*body, posed->vertices, *photos, context.threads);
+  if (eyes) paint.match(*eyes);
   BakeSubject subject;
   subject.mesh = body->mesh;
   subject.mesh.vertices = std::move(posed->vertices);
   subject.head = head_triangles(*body);
+  subject.feature = face_features(*body);
+  subject.mirror = body->mirror;
   subject.generated = paint.covered();
   subject.generate = [&paint](int t, const Eigen::Vector3d& w) { return paint.colour(t, w); };
 
@@ -112,9 +118,16 @@ Result<nlohmann::json> run(const StageContext& context) {
   const auto baked = bake_texture(subject, std::move(*photos), options, context.threads, context.progress);
   if (!baked) return tl::unexpected(baked.error());
   context.progress(0.95, "writing");
-  if (auto ok = write_png(baked->albedo, context.out / "albedo.png"); !ok) return tl::unexpected(ok.error());
-  if (auto ok = write_png(baked->source, context.out / "source.png"); !ok) return tl::unexpected(ok.error());
-  const nlohmann::json facts = describe(*baked, names);
+  const std::pair<const char*, const cv::Mat*> pictures[] = {{"albedo.png", &baked->albedo},
+                                                             {"source.png", &baked->source},
+                                                             {"view.png", &baked->view},
+                                                             {"origin.png", &baked->origin},
+                                                             {"confidence.png", &baked->confidence}};
+  for (const auto& [name, picture] : pictures) {
+    if (auto ok = write_png(*picture, context.out / name); !ok) return tl::unexpected(ok.error());
+  }
+  nlohmann::json facts = describe(*baked, names);
+  facts["eyes"] = eyes ? "matched to the photographs" : "neutral";
   if (auto ok = write_file(context.out / "texture.json", facts.dump(1) + "\n"); !ok) return tl::unexpected(ok.error());
   context.progress(1.0, "done");
   return nlohmann::json{{"size", facts["size"]}, {"share", facts["share"]}, {"views", names.size()}};

@@ -2,12 +2,20 @@
 // Measures texturing alone: true cameras and true surface in, the photographs against re-rendered views out.
 //
 //   texture_bench BUNDLE SUBJECT_DIR [SIZE [OUT_DIR]]   (BUNDLE from truth_bundle; SUBJECT_DIR holds orbit-body/)
+//   texture_bench BUNDLE SUBJECT_DIR growth             time and memory from 1024 to 8192 texels
+//
+// Cases: best_view, without cut and blend; cut_and_blend; unaligned, without shifts within photographs; sway, with a
+// subject that sways by 4 mm and an exposure that drifts by 5 %, judged by the photographs without; magenta, with the
+// background painted.
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/bundle.h"
 #include "common/geometry/colmap_model.h"
 #include "common/log/log.h"
 #include "common/mesh/mesh_io.h"
+#include "common/parallel/parallel.h"
 #include "common/render/rasterise.h"
+#include "offload/report/texture_errors.h"
+#include "offload/report/view_errors.h"
 #include "offload/texture/atlas.h"
 #include "offload/texture/bake.h"
 
@@ -17,6 +25,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 namespace {
 
@@ -79,12 +88,13 @@ void separate_charts(gyre::TriangleMesh& mesh) {
 }
 
 struct ViewError {
-  double squared_lab = 0;
+  double squared_lab = 0, squared_lab_equalised = 0;
   std::size_t pixels = 0;
   double sharpness_photo = 0, sharpness_render = 0;
+  gyre::PictureSimilarity similarity;
 };
 
-// Inside the silhouette; the photograph in its own exposure (gain 1) or in the common one.
+// Inside the silhouette; the photograph in its own exposure and in the common one (its tone).
 ViewError compare(const gyre::TriangleMesh& mesh, const cv::Mat& albedo, const gyre::Photo& photo) {
   cv::Mat rendered = gyre::render(mesh, albedo, photo.camera, photo.cam_from_world, {.lit = false});
   const gyre::VisibilityBuffer seen =
@@ -99,49 +109,57 @@ ViewError compare(const gyre::TriangleMesh& mesh, const cv::Mat& albedo, const g
       if (!inside.at<std::uint8_t>(y, x)) continue;
       const cv::Vec3b& a = rendered.at<cv::Vec3b>(y, x);
       const cv::Vec3b& b = photo.image.at<cv::Vec3b>(y, x);
-      const Eigen::Vector3f photo_colour = photo.tone.apply(Eigen::Vector3f(b[0], b[1], b[2]));
-      error.squared_lab += (gyre::lab_from_bgr(Eigen::Vector3f(a[0], a[1], a[2])) - gyre::lab_from_bgr(photo_colour))
-                               .cast<double>()
-                               .squaredNorm();
+      const Eigen::Vector3f photo_colour(b[0], b[1], b[2]);
+      const Eigen::Vector3f rendered_lab = gyre::lab_from_bgr(Eigen::Vector3f(a[0], a[1], a[2]));
+      const auto squared = [&](const Eigen::Vector3f& colour) {
+        return double{(rendered_lab - gyre::lab_from_bgr(colour)).squaredNorm()};
+      };
+      error.squared_lab += squared(photo_colour);
+      error.squared_lab_equalised += squared(photo.tone.apply(photo_colour));
       ++error.pixels;
     }
   }
-  cv::Mat core;
-  cv::erode(inside, core, cv::Mat::ones(13, 13, CV_8U));
-  const auto sharpness = [&](const cv::Mat& image) {
-    cv::Mat grey, laplacian;
-    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-    cv::GaussianBlur(grey, grey, {0, 0}, 0.8);  // sensor noise is no sharpness
-    cv::Laplacian(grey, laplacian, CV_32F);
-    return cv::sum(cv::abs(laplacian).mul(cv::Mat_<float>(core)))[0];
-  };
-  error.sharpness_photo = sharpness(photo.image);
-  error.sharpness_render = sharpness(rendered);
+  error.sharpness_photo = gyre::sharpness(photo.image, inside);
+  error.sharpness_render = gyre::sharpness(rendered, inside);
+  error.similarity = gyre::picture_similarity(photo.image, rendered, inside);
   return error;
 }
 
 void report(const std::string& name, const gyre::TriangleMesh& mesh, const gyre::BakedTexture& baked,
             std::vector<gyre::Photo> photos, const std::vector<double>& true_gains) {
-  double sum = 0, sum_equalised = 0, photo_sharpness = 0, render_sharpness = 0;
-  for (std::size_t p = 0; p < photos.size(); ++p) {
-    const ViewError raw = compare(mesh, baked.albedo, photos[p]);
+  double sum = 0, sum_equalised = 0, photo_sharpness = 0, render_sharpness = 0, psnr = 0, ssim = 0;
+  std::vector<ViewError> errors(photos.size());
+  gyre::parallel_for(photos.size(), 0, [&](std::size_t p) {
     photos[p].tone = gyre::ToneCurve(baked.gains[p]);
-    const ViewError equalised = compare(mesh, baked.albedo, photos[p]);
-    sum += std::sqrt(raw.squared_lab / static_cast<double>(raw.pixels));
-    sum_equalised += std::sqrt(equalised.squared_lab / static_cast<double>(equalised.pixels));
-    photo_sharpness += raw.sharpness_photo;
-    render_sharpness += raw.sharpness_render;
+    errors[p] = compare(mesh, baked.albedo, photos[p]);
+  });
+  for (const ViewError& error : errors) {
+    const auto rmse = [&](double squared) { return std::sqrt(squared / static_cast<double>(error.pixels)); };
+    sum += rmse(error.squared_lab);
+    sum_equalised += rmse(error.squared_lab_equalised);
+    photo_sharpness += error.sharpness_photo;
+    render_sharpness += error.sharpness_render;
+    psnr += error.similarity.psnr;
+    ssim += error.similarity.ssim;
   }
   const auto views = static_cast<double>(photos.size());
   print(name, "lab_rmse", sum / views, "CIELAB");
   print(name, "lab_rmse_equalised", sum_equalised / views, "CIELAB");
+  print(name, "psnr", psnr / views, "dB");
+  print(name, "ssim", ssim / views, "1");
   print(name, "sharpness_ratio", render_sharpness / photo_sharpness, "1");
+  const gyre::SeamEnergy seams = gyre::seam_energy(baked.albedo, baked.view, mesh);
+  print(name, "seam_border", seams.border, "levels");
+  print(name, "seam_interior", seams.interior, "levels");
+  print(name, "seam_ratio", seams.ratio(), "1");
+  print(name, "seam_excess", seams.border - seams.interior, "levels");
+  print(name, "seam_charts", seams.charts, "levels");
   Eigen::ArrayXd log_error(photos.size());
   for (std::size_t p = 0; p < photos.size(); ++p) log_error[p] = std::log(baked.gains[p].mean() * true_gains[p]);
   print(name, "gain_error_rms", 100.0 * std::sqrt((log_error - log_error.mean()).square().mean()), "%");
   double surface = 0;
   for (const std::size_t n : baked.origins) surface += static_cast<double>(n);
-  const char* const origin_names[] = {"none", "loose", "strict", "filled", "generated"};
+  const char* const origin_names[] = {"none", "loose", "strict", "filled", "generated", "mirrored"};
   for (std::size_t k = 0; k < baked.origins.size(); ++k) {
     print(name, (std::string("texels_") + origin_names[k]).c_str(),
           100.0 * static_cast<double>(baked.origins[k]) / surface, "%");
@@ -152,6 +170,82 @@ double peak_memory_gib() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / (1024.0 * 1024.0);
+}
+
+// Prints the time of every step, and the memory so far.
+std::optional<gyre::BakedTexture> bake(const std::string& name, const gyre::TriangleMesh& mesh,
+                                       std::vector<gyre::Photo> photos, const gyre::BakeOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  auto last = start;
+  std::string step;
+  const auto elapsed = [](auto since) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
+  };
+  const auto print_step = [&] {
+    if (!step.empty()) print(name, ("seconds: " + step).c_str(), elapsed(last), "s");
+  };
+  auto baked = gyre::bake_texture({.mesh = mesh}, std::move(photos), options, 0, [&](double, std::string_view what) {
+    print_step();
+    step = what;
+    last = std::chrono::steady_clock::now();
+  });
+  if (!baked) {
+    fail_with(baked.error().message());
+    return std::nullopt;
+  }
+  print_step();
+  print(name, "seconds", elapsed(start), "s");
+  print(name, "peak_memory", peak_memory_gib(), "GiB");
+  return std::move(*baked);
+}
+
+// The subject sways in a circle of 4 mm, once in 25 photographs, and the exposure drifts by 5 % up and down.
+void disturb(std::vector<gyre::Photo>& photos) {
+  for (std::size_t p = 0; p < photos.size(); ++p) {
+    const double phase = 2 * M_PI * static_cast<double>(p) / 25.0;
+    gyre::Pose& pose = photos[p].cam_from_world;
+    pose.translation += pose.rotation * Eigen::Vector3d(0.004 * std::cos(phase), 0.0, 0.004 * std::sin(phase));
+    const double gain = 1.0 + 0.05 * std::sin(0.37 * phase);
+    const gyre::ToneCurve curve(Eigen::Vector3d::Constant(gain));
+    for (int y = 0; y < photos[p].image.rows; ++y) {
+      for (int x = 0; x < photos[p].image.cols; ++x) {
+        cv::Vec3b& c = photos[p].image.at<cv::Vec3b>(y, x);
+        const Eigen::Vector3f drifted = curve.apply(Eigen::Vector3f(c[0], c[1], c[2]));
+        for (int k = 0; k < 3; ++k) c[k] = cv::saturate_cast<std::uint8_t>(drifted[k]);
+      }
+    }
+  }
+}
+
+void paint_background(const gyre::TriangleMesh& mesh, std::vector<gyre::Photo>& photos) {
+  for (gyre::Photo& photo : photos) {
+    const cv::Mat subject = gyre::silhouette(mesh, photo.camera, photo.cam_from_world);
+    photo.image.setTo(cv::Scalar(255, 0, 255), subject == 0);
+  }
+}
+
+std::size_t count_magenta(const gyre::BakedTexture& baked) {
+  std::size_t count = 0;
+  for (int y = 0; y < baked.albedo.rows; ++y) {
+    for (int x = 0; x < baked.albedo.cols; ++x) {
+      const cv::Vec3b& c = baked.albedo.at<cv::Vec3b>(y, x);
+      count += c[0] > c[1] + 60 && c[2] > c[1] + 60 ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+void write_pictures(const std::string& name, const gyre::TriangleMesh& mesh, const gyre::BakedTexture& baked,
+                    const std::vector<gyre::Photo>& photos, const std::filesystem::path& out) {
+  std::filesystem::create_directories(out);
+  cv::imwrite((out / (name + ".png")).string(), baked.albedo);
+  cv::imwrite((out / (name + "-source.png")).string(), baked.source);
+  for (const std::size_t p : {std::size_t{0}, photos.size() / 4, photos.size() / 2, photos.size() - 1}) {
+    cv::Mat pair;
+    cv::hconcat(photos[p].image,
+                gyre::render(mesh, baked.albedo, photos[p].camera, photos[p].cam_from_world, {.lit = false}), pair);
+    cv::imwrite((out / (name + "-" + photos[p].name + ".png")).string(), pair);
+  }
 }
 
 }  // namespace
@@ -188,40 +282,31 @@ int main(int argc, char** argv) {
     true_gains.push_back(truth[frame->pass].at(frame->index).at("gain"));
   }
 
+  if (argc > 3 && std::string(argv[3]) == "growth") {
+    for (const int size : {1024, 2048, 4096, 8192}) {
+      gyre::BakeOptions options;
+      options.size = size;
+      if (!bake("size " + std::to_string(size), *mesh, photos, options)) return 1;
+    }
+    return 0;
+  }
+  const std::filesystem::path out = argc > 4 ? argv[4] : "";
   gyre::BakeOptions options;
   if (argc > 3) options.size = std::stoi(argv[3]);
-  gyre::BakeSubject subject{.mesh = *mesh};
-  for (const bool best_view : {false, true}) {
-    options.cut_and_blend = !best_view;
-    const std::string name = best_view ? "best_view" : "cut_and_blend";
-    const auto start = std::chrono::steady_clock::now();
-    auto last = start;
-    std::string step;
-    const auto elapsed = [&](auto since) {
-      return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
-    };
-    const auto baked = gyre::bake_texture(subject, photos, options, 0, [&](double, std::string_view what) {
-      if (!step.empty()) print(name, ("seconds: " + step).c_str(), elapsed(last), "s");
-      step = what;
-      last = std::chrono::steady_clock::now();
-    });
-    if (!baked) return fail_with(baked.error().message());
-    print(name, "seconds", elapsed(start), "s");
-    print(name, "peak_memory", peak_memory_gib(), "GiB");
-    report(name, *mesh, *baked, photos, true_gains);
-    if (argc > 4) {
-      const std::filesystem::path out = argv[4];
-      std::filesystem::create_directories(out);
-      cv::imwrite((out / (name + ".png")).string(), baked->albedo);
-      cv::imwrite((out / (name + "-source.png")).string(), baked->source);
-      for (const std::size_t p : {std::size_t{0}, photos.size() / 4, photos.size() / 2, photos.size() - 1}) {
-        cv::Mat pair;
-        cv::hconcat(photos[p].image,
-                    gyre::render(*mesh, baked->albedo, photos[p].camera, photos[p].cam_from_world, {.lit = false}),
-                    pair);
-        cv::imwrite((out / (name + "-" + photos[p].name)).string(), pair);
-      }
+  for (const std::string name : {"cut_and_blend", "best_view", "sway", "unaligned_sway", "magenta", "unaligned"}) {
+    options.align = name.find("unaligned") == std::string::npos;
+    options.cut_and_blend = name != "best_view";
+    std::vector<gyre::Photo> given = photos;
+    if (name.find("sway") != std::string::npos) disturb(given);
+    if (name == "magenta") paint_background(*mesh, given);
+    const auto baked = bake(name, *mesh, given, options);
+    if (!baked) return 1;
+    if (name == "magenta") {
+      print(name, "magenta_texels", static_cast<double>(count_magenta(*baked)), "texels");
+      continue;
     }
+    report(name, *mesh, *baked, photos, true_gains);
+    if (!out.empty()) write_pictures(name, *mesh, *baked, photos, out);
   }
   return 0;
 }

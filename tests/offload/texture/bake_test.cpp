@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/texture/bake.h"
 #include "offload/texture/atlas.h"
-#include "offload/texture/blend.h"
+#include "offload/texture/paint.h"
 #include "tests/offload/texture/scene.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/texture/inner_parts.h"
+#include "tests/offload/texture/scene.h"
 
 #include <gtest/gtest.h>
 
@@ -49,6 +50,46 @@ TEST(InnerPaint, PutsADarkPupilInTheMiddleOfAWhiteEye) {
 TEST(InnerPaint, TeethAreBright) {
   const BodyTemplate body = face_parts();
   EXPECT_GT(InnerPaint(body).colour(9, {0.3, 0.3, 0.4}).minCoeff(), 180.0F);
+}
+
+TEST(InnerPaint, MatchesThePersonsEyes) {
+  const BodyTemplate body = face_parts();
+  InnerPaint paint(body);
+  const EyeColours person{{140, 120, 60}, {200, 205, 215}};  // a blue iris in dim light
+  paint.match(person);
+  const Eigen::Vector3f white = paint.colour(1, {0.456, 0.0, 0.544});  // 40 degrees from the axis
+  EXPECT_LT((white - person.sclera).norm(), 1.0F);
+  EXPECT_LT(paint.colour(9, {0.3, 0.3, 0.4}).mean(), InnerPaint(body).colour(9, {0.3, 0.3, 0.4}).mean());
+}
+
+TEST(Lab, ComesBack) {
+  for (const Eigen::Vector3f& bgr :
+       {Eigen::Vector3f(3, 2, 1), Eigen::Vector3f(200, 20, 90), Eigen::Vector3f(255, 255, 255)}) {
+    EXPECT_LT((bgr_from_lab(lab_from_bgr(bgr)) - bgr).norm(), 0.1F);
+  }
+}
+
+// A ball with a brown disc towards +Z, all of it an eye.
+TEST(EyeColours, AreMeasuredWherePhotographsLookIntoTheEyes) {
+  BodyTemplate body;
+  scene::add_ball(body.mesh, 0.012, 16);
+  body.parts.push_back(
+      {"leftEye", 0, static_cast<int>(body.mesh.vertices.size()), 0, static_cast<int>(body.mesh.triangles.size())});
+  const Atlas atlas = map_atlas(body.mesh.uv, body.mesh.uv_triangles, 512, 4);
+  cv::Mat texture(512, 512, CV_8UC3, cv::Scalar(210, 220, 225));
+  for (std::size_t i = 0; i < atlas.texels(); ++i) {
+    if (atlas.triangle[i] < 0) continue;
+    const bool is_iris = texel_point(body.mesh, atlas, i).normalized().z() > std::cos(0.5);
+    if (is_iris) texture.at<cv::Vec3b>(static_cast<int>(i) / 512, static_cast<int>(i) % 512) = {40, 60, 110};
+  }
+  std::vector<Photo> photos = {scene::photograph(body.mesh, texture, {0.01, 0.0, 0.08}),
+                               scene::photograph(body.mesh, texture, {0.0, 0.0, -0.08})};
+  const auto eyes = measure_eyes(body, body.mesh.vertices, photos, 2);
+  ASSERT_TRUE(eyes);
+  EXPECT_LT((eyes->iris - Eigen::Vector3f(40, 60, 110)).norm(), 4.0F);
+  EXPECT_LT((eyes->sclera - Eigen::Vector3f(210, 220, 225)).norm(), 4.0F);
+  photos.erase(photos.begin());
+  EXPECT_FALSE(measure_eyes(body, body.mesh.vertices, photos, 2));
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 
 #include "offload/texture/atlas.h"
 #include "offload/texture/labelling.h"
-#include "offload/texture/levelling.h"
 #include "offload/texture/observations.h"
 
 #include <Eigen/Core>
@@ -14,14 +13,16 @@
 
 namespace gyre {
 
-// How a texel got its colour.
-enum class TexelOrigin : std::uint8_t { none, loose, strict, filled, generated };
+// How a texel got its colour. Written to files: new ones at the end.
+enum class TexelOrigin : std::uint8_t { none, loose, strict, filled, generated, mirrored };
+constexpr std::size_t texel_origins = 6;
 
 // A texture in the making; all arrays row major, one entry a texel.
 struct Canvas {
   std::vector<Eigen::Vector3f> colour;  // encoded BGR
   std::vector<TexelOrigin> origin;
-  std::vector<std::int16_t> photo;  // the one with the largest weight, -1: none
+  std::vector<std::int16_t> photo;       // -1: none
+  std::vector<std::uint8_t> confidence;  // 255: looked at head-on by the sharpest photographs
 };
 
 struct PaintJob {
@@ -29,13 +30,11 @@ struct PaintJob {
   const Atlas& atlas;
   std::span<const int> label;                             // photograph of each triangle, -1: none
   const std::vector<std::vector<Candidate>>& candidates;  // of each triangle
-  const VertexPatches& patches;
+  std::span<const double> sharpness;                      // of each photograph, (0, 1]
 };
 
-// Every texel of a labelled triangle takes the photographs of its corners, weighted by the third power of their
-// interpolated shares, so that neighbouring patches cross-fade within one ring of triangles, on both sides of a texture
-// seam alike. A photograph that does not pass the loose limits at the texel itself is left out; when none is left, the
-// triangle's cheapest candidate that does is taken.
+// Every texel of a labelled triangle takes the colour of the triangle's photograph; where that does not pass the loose
+// limits at the texel itself, of the triangle's cheapest candidate that does.
 Canvas paint(const PaintJob& job, int threads);
 
 }  // namespace gyre

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// The colours of a person's eyes, from the photographs that look into them.
+#pragma once
+
+#include "offload/body/template.h"
+#include "offload/texture/photo.h"
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace gyre {
+
+// Encoded BGR.
+struct EyeColours {
+  Eigen::Vector3f iris, sclera;
+};
+
+// Median colours of the parts "leftEye" and "rightEye" where photographs that look at the face from within 40 degrees
+// see the iris (13 to 25 degrees from the axis, between pupil and rim) and the white beside it (35 to 50 degrees), in
+// front of which the lids must not lie. posed: the template's vertices in the pose of the photographs, metres, world.
+// Nothing when fewer than 12 places of either are seen, or the white is not the lighter one: the eyes are closed, or
+// the fitted eyeballs not where the true ones are.
+std::optional<EyeColours> measure_eyes(const BodyTemplate& body, const std::vector<Eigen::Vector3d>& posed,
+                                       std::span<const Photo> photos, int threads);
+
+}  // namespace gyre
