@@ -23,15 +23,23 @@ cv::Mat reduced_luma(const cv::Mat& bgr, int longer_side) {
   return luma;
 }
 
-double mean_flow(const cv::Mat& from, const cv::Mat& to) {
+cv::Mat dense_flow(const cv::Mat& from, const cv::Mat& to, FlowMethod method) {
+  cv::Mat flow;
+  if (method == FlowMethod::dis) {
+    cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_FAST)->calc(from, to, flow);
+    return flow;
+  }
   constexpr double pyramid_scale = 0.5;
   constexpr int levels = 3;
   constexpr int window = 15;
   constexpr int iterations = 3;
   constexpr int neighbourhood = 5;
   constexpr double sigma = 1.2;
-  cv::Mat flow;
   cv::calcOpticalFlowFarneback(from, to, flow, pyramid_scale, levels, window, iterations, neighbourhood, sigma, 0);
+  return flow;
+}
+
+double mean_length(const cv::Mat& flow) {
   double sum = 0.0;
   for (int y = 0; y < flow.rows; ++y) {
     const auto* row = flow.ptr<cv::Point2f>(y);
@@ -50,12 +58,14 @@ double laplacian_variance(const cv::Mat& luma) {
 }
 
 FrameMeasure FrameMeter::measure(const cv::Mat& bgr) {
-  const cv::Mat sharp = reduced_luma(bgr, options_.sharpness_size);
-  cv::Mat current = reduced_luma(bgr, options_.flow_size);
+  cv::Mat luma = reduced_luma(bgr, options_.flow_size);
   FrameMeasure measure;
-  measure.sharpness = laplacian_variance(sharp);
-  if (!previous_.empty()) measure.motion = mean_flow(previous_, current);
-  previous_ = std::move(current);
+  measure.sharpness = laplacian_variance(reduced_luma(bgr, options_.sharpness_size));
+  if (!luma_.empty()) {
+    flow_ = dense_flow(luma_, luma, options_.flow);
+    measure.motion = mean_length(flow_);
+  }
+  luma_ = std::move(luma);
   return measure;
 }
 

@@ -8,7 +8,12 @@
 
 namespace gyre {
 
+// How flow is computed: as the paper does (Farneback, "Two-Frame Motion Estimation Based on Polynomial Expansion", SCIA
+// 2003), or several times faster (Kroeger et al., "Fast Optical Flow using Dense Inverse Search", ECCV 2016).
+enum class FlowMethod { farneback, dis };
+
 struct MeasureOptions {
+  FlowMethod flow = FlowMethod::farneback;
   // Longer side of the luma that flow is computed on. The rule does not change when all motion is scaled.
   int flow_size = 320;
   // Longer side of the luma that sharpness is computed on. At 320 a defocus of 2 pixels (of 1280) is averaged away; at
@@ -21,18 +26,24 @@ class FrameMeter {
  public:
   explicit FrameMeter(const MeasureOptions& options = {}) : options_(options) {}
 
-  // 8-bit BGR, all of one size. Motion: mean length of the dense flow (Farneback, "Two-Frame Motion Estimation Based on
-  // Polynomial Expansion", SCIA 2003) from the frame before. Sharpness: variance of the 4-neighbour Laplacian
-  // (Pech-Pacheco et al., ICPR 2000).
+  // 8-bit BGR, all of one size. Motion: mean length of the dense flow from the frame before. Sharpness: variance of the
+  // 4-neighbour Laplacian (Pech-Pacheco et al., ICPR 2000).
   FrameMeasure measure(const cv::Mat& bgr);
+
+  // What the last measure was made on: luma with `flow_size` as its longer side, and the flow that leads to it (empty
+  // for the first frame).
+  const cv::Mat& luma() const { return luma_; }
+  const cv::Mat& flow() const { return flow_; }
 
  private:
   MeasureOptions options_;
-  cv::Mat previous_;
+  cv::Mat luma_;
+  cv::Mat flow_;
 };
 
-// The parts, on 8-bit luma.
-double mean_flow(const cv::Mat& from, const cv::Mat& to);
+// The parts, on 8-bit luma. Flow: CV_32FC2, pixels, where each pixel of `from` is found in `to`.
+cv::Mat dense_flow(const cv::Mat& from, const cv::Mat& to, FlowMethod method = FlowMethod::farneback);
+double mean_length(const cv::Mat& flow);
 double laplacian_variance(const cv::Mat& luma);
 
 // Luma reduced (never enlarged) by area averaging until its longer side is `longer_side`.

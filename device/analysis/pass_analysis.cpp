@@ -26,11 +26,12 @@ StreamingOptions streaming_options(const std::string& pass, const CameraInfo& ca
 
 }  // namespace
 
-PassAnalysis::PassAnalysis(const std::string& pass, const CameraInfo& camera)
-    : photographs_(camera.photographs), selector_(streaming_options(pass, camera)) {}
+PassAnalysis::PassAnalysis(const std::string& pass, const CameraInfo& camera, const MeasureOptions& options)
+    : photographs_(camera.photographs), analysis_(camera, options), selector_(streaming_options(pass, camera)) {}
 
 std::optional<Frame> PassAnalysis::add(Frame frame) {
-  const FrameMeasure measure = meter_.measure(frame.image);
+  reading_ = analysis_.add(frame);
+  const FrameMeasure& measure = reading_.measure;
   frames_.push_back({frame.time, measure});
   const std::optional<int> proposed = selector_.push(measure);
   if (photographs_) return frame;

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "common/selection/ingest.h"
-#include "common/selection/measure.h"
 #include "common/selection/streaming.h"
+#include "device/analysis/frame_analysis.h"
 #include "device/camera/camera_device.h"
 
 #include <deque>
@@ -17,10 +17,14 @@ namespace gyre {
 // Keeps the numbers of every frame and the pictures of the last few. Belongs to one thread.
 class PassAnalysis {
  public:
-  PassAnalysis(const std::string& pass, const CameraInfo& camera);
+  PassAnalysis(const std::string& pass, const CameraInfo& camera, const MeasureOptions& options = {});
 
   // Measures the next frame. Returns the frame that should be sent now, if any: this one or one a little older.
   std::optional<Frame> add(Frame frame);
+
+  // What was measured on the frame added last, and its luma.
+  const FrameReading& reading() const { return reading_; }
+  const cv::Mat& luma() const { return analysis_.luma(); }
 
   // The exact selection over all frames. Errors: those of select_keyframes and keep_all.
   Result<Selection> finish() const;
@@ -29,7 +33,8 @@ class PassAnalysis {
 
  private:
   bool photographs_;
-  FrameMeter meter_;
+  FrameAnalysis analysis_;
+  FrameReading reading_;
   StreamingSelector selector_;
   std::vector<MeasuredFrame> frames_;
   std::deque<Frame> recent_;  // the newest last

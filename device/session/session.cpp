@@ -3,6 +3,7 @@
 
 #include "common/selection/ingest.h"
 #include "device/analysis/pass_analysis.h"
+#include "device/coverage/coverage.h"
 
 #include <algorithm>
 #include <set>
@@ -22,7 +23,12 @@ std::string file_of(const std::string& pass, int index) {
 class PassRecorder {
  public:
   PassRecorder(Spool& spool, const Scan& scan, const PassPlan& plan)
-      : spool_(spool), scan_(scan), name_(plan.name), camera_(*plan.camera), analysis_(plan.name, camera_.info()) {}
+      : spool_(spool),
+        scan_(scan),
+        name_(plan.name),
+        camera_(*plan.camera),
+        analysis_(plan.name, camera_.info()),
+        coverage_(plan.name, lens_of(camera_.info())) {}
 
   Result<void> record(const Progress& progress) {
     if (const Result<void> started = camera_.start(); !started) return started;
@@ -51,7 +57,9 @@ class PassRecorder {
 
     summary.frames += static_cast<int>(analysis_.frames().size());
     summary.keyframes += static_cast<int>(keyframes.size());
-    return frame_records(name_, analysis_.frames(), *selection);
+    std::vector<FrameRecord> records = frame_records(name_, analysis_.frames(), *selection);
+    for (std::size_t i = 0; i < azimuths_.size(); ++i) records[i].azimuth = azimuths_[i];
+    return records;
   }
 
   ScanPass pass() const {
@@ -73,6 +81,7 @@ class PassRecorder {
       }
       silent = 0;
       const std::optional<Frame> proposed = analysis_.add(std::move(*event->frame));
+      locate();
       if (proposed) {
         if (const Result<void> added = add(*proposed); !added) return added;
       }
@@ -80,6 +89,15 @@ class PassRecorder {
         progress(std::min(1.0, static_cast<double>(analysis_.frames().size()) / expected), "recording " + name_);
       }
     }
+  }
+
+  // Where the last frame was taken from. Photographs are too far apart to tell, and of a turn without a turntable the
+  // picture says how the camera stands and not how the subject does.
+  void locate() {
+    if (camera_.info().photographs || name_ == "turn") return;
+    const CoverageReading reading = coverage_.add(analysis_.reading(), analysis_.luma());
+    constexpr double degrees = 180.0 / M_PI;
+    azimuths_.push_back(reading.place.known ? std::optional(reading.place.azimuth * degrees) : std::nullopt);
   }
 
   Result<void> add(const Frame& frame) {
@@ -118,6 +136,8 @@ class PassRecorder {
   std::string name_;
   CameraDevice& camera_;
   PassAnalysis analysis_;
+  Coverage coverage_;
+  std::vector<std::optional<double>> azimuths_;  // by frame, degrees
 };
 
 }  // namespace

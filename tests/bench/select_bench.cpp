@@ -92,7 +92,7 @@ Result<void> run(const fs::path& folder, const Case& which) {
     sharpness_ms += milliseconds_since(start);
     start = std::chrono::steady_clock::now();
     const cv::Mat luma = reduced_luma((*frame)->image, sizes.flow_size);
-    if (!before.empty()) measure.motion = mean_flow(before, luma);
+    if (!before.empty()) measure.motion = mean_length(dense_flow(before, luma));
     flow_ms += milliseconds_since(start);
     before = luma;
     start = std::chrono::steady_clock::now();

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the camera is, frame by frame, and what in the middle of the picture moves by itself.
+#pragma once
+
+#include "common/geometry/camera.h"
+#include "common/geometry/pose.h"
+#include "device/analysis/point_tracks.h"
+#include "device/analysis/window_adjustment.h"
+
+#include <deque>
+#include <map>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace gyre {
+
+struct CameraMotionOptions {
+  PointTracksOptions tracks;
+  double step = 0.05;          // median way of the points that makes a new view, share of the longer side
+  double survivors = 0.7;      // of a view's points, below which there is a new one
+  std::size_t window = 8;      // views that are adjusted together
+  double noise = 0.5;          // of a point, pixels
+  double least_angle = 0.017;  // between two sights of a point that is given a place, radians
+  std::size_t least_points = 12;
+};
+
+struct CameraMotion {
+  // The first frame's camera is the world; the unit of length is the first known distance to the subject, as far as it
+  // can be carried along. While `known` is false the camera is assumed to go on as it went.
+  Pose cam_from_first;
+  bool known = true;
+  bool is_view = false;           // points joined and places were adjusted in this frame
+  double subject_distance = 1.0;  // to what stands nearest in the middle of the picture, the same unit
+  double subject_motion = 0.0;    // pixels; see below
+};
+
+// Visual odometry: points are followed, a few recent views and the points' places are adjusted together, and every
+// frame is resected from them (Klein and Murray, "Parallel Tracking and Mapping", ISMAR 2007, without a lasting map).
+//
+// The subject's own motion is the upper quartile of its points' reprojection errors, what the camera and a rigid scene
+// leave: leaning, turning and limbs. A shift of the whole subject looks like one of the camera and is not seen.
+class CameraMotionEstimator {
+ public:
+  // camera: of frames as they were recorded; the luma may be smaller.
+  explicit CameraMotionEstimator(const Camera& camera, const CameraMotionOptions& options = {})
+      : camera_(camera), options_(options), tracks_(options.tracks) {}
+
+  // The next frame, 8-bit luma, all of one size; time in seconds, ascending.
+  CameraMotion add(const cv::Mat& luma, double time);
+
+ private:
+  struct View {
+    Pose cam_from_first;
+    std::map<int, Eigen::Vector2d> seen;  // by the point's number: normalised image point
+  };
+
+  View sight() const;
+  bool begin(View& now);
+  bool resect(View& now);
+  void keep(View now);
+  void place_new_points();
+  void adjust();
+  void forget_wrong_points();
+  void measure_distance(const View& view);
+  double subject_motion(const View& view) const;
+  double median_way(const View& from, const View& to) const;
+  bool is_in_the_middle(const Eigen::Vector2d& at) const;
+  double limit() const;
+  AdjustmentOptions adjustment() const;
+
+  Camera camera_;
+  CameraMotionOptions options_;
+  PointTracks tracks_;
+  std::deque<View> window_;
+  std::map<int, Eigen::Vector3d> points_;  // by number, first camera's axes
+  Pose now_from_last_;                     // of the last two frames
+  Pose last_;
+  double distance_ = 1.0;
+  double last_time_ = 0.0;
+  double last_interval_ = 0.0;
+};
+
+}  // namespace gyre
