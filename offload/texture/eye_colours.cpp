@@ -14,6 +14,7 @@ namespace {
 constexpr double degree = 0.017453292519943295;
 constexpr std::size_t enough_places = 12;
 constexpr float least_contrast = 10.0F;  // of lightness L*
+constexpr float most_chroma = 14.0F;     // of a white
 
 struct Place {
   Eigen::Vector3d point, normal;
@@ -105,8 +106,11 @@ std::optional<EyeColours> measure_eyes(const BodyTemplate& body, const std::vect
     all.insert(all.end(), seen[k].begin(), seen[k].end());
   }
   if (iris.size() < enough_places || sclera.size() < enough_places) return std::nullopt;
-  const EyeColours colours{median(std::move(iris)), median(std::move(sclera))};
-  if (lab_from_bgr(colours.sclera)[0] < lab_from_bgr(colours.iris)[0] + least_contrast) return std::nullopt;
+  const Eigen::Vector3f beside = median(std::move(sclera));
+  EyeColours colours{median(std::move(iris)), {}};
+  const Eigen::Vector3f lab = lab_from_bgr(beside);
+  if (lab[0] < lab_from_bgr(colours.iris)[0] + least_contrast) return std::nullopt;
+  if (std::hypot(lab[1], lab[2]) <= most_chroma) colours.sclera = beside;
   return colours;
 }
 
