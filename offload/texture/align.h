@@ -12,7 +12,7 @@ namespace gyre {
 
 struct AlignOptions {
   int size = 1024;            // texels a side of the common picture
-  int views = 6;              // photographs it is the mean of, at each triangle
+  int views = 16;             // photographs it is the mean of, at each triangle
   int grid = 12;              // pixels between the nodes that carry a shift
   double most = 8.0;          // pixels a shift may have
   double least_detail = 4.0;  // squared grey levels a pixel: less says nothing about a shift

@@ -11,9 +11,10 @@ namespace gyre {
 
 namespace {
 
-constexpr double degree = 0.017453292519943295;
+constexpr double one_degree = 0.017453292519943295;
 constexpr std::size_t enough_places = 12;
 constexpr float least_contrast = 10.0F;  // of lightness L*
+constexpr float most_chroma = 14.0F;     // of a white
 
 struct Place {
   Eigen::Vector3d point, normal;
@@ -53,7 +54,7 @@ Eyes find_eyes(const BodyTemplate& body, const std::vector<Eigen::Vector3d>& pos
         return Eigen::Vector3d((v[c[0]] + v[c[1]] + v[c[2]]) / 3.0);
       };
       const double angle =
-          std::acos(std::clamp((centroid(body.mesh.vertices) - rest_middle).normalized().z(), -1.0, 1.0)) / degree;
+          std::acos(std::clamp((centroid(body.mesh.vertices) - rest_middle).normalized().z(), -1.0, 1.0)) / one_degree;
       const Eigen::Vector3d point = centroid(posed);
       const Eigen::Vector3d normal = (point - posed_middle).normalized();
       if (angle < 25) eyes.forward += normal;
@@ -91,7 +92,7 @@ std::optional<EyeColours> measure_eyes(const BodyTemplate& body, const std::vect
   parallel_for(photos.size(), threads, [&](std::size_t p) {
     const Eigen::Vector3d centre =
         -(photos[p].cam_from_world.rotation.conjugate() * photos[p].cam_from_world.translation);
-    if ((centre - eyes.middle).normalized().dot(eyes.forward) < std::cos(40 * degree)) return;
+    if ((centre - eyes.middle).normalized().dot(eyes.forward) < std::cos(40 * one_degree)) return;
     const DepthMap depth = map_depth(mesh, photos[p], sight);
     for (const Place& place : eyes.places) {
       const auto found = see(photos[p], depth, place.point, place.normal, sight);
@@ -105,8 +106,11 @@ std::optional<EyeColours> measure_eyes(const BodyTemplate& body, const std::vect
     all.insert(all.end(), seen[k].begin(), seen[k].end());
   }
   if (iris.size() < enough_places || sclera.size() < enough_places) return std::nullopt;
-  const EyeColours colours{median(std::move(iris)), median(std::move(sclera))};
-  if (lab_from_bgr(colours.sclera)[0] < lab_from_bgr(colours.iris)[0] + least_contrast) return std::nullopt;
+  const Eigen::Vector3f beside = median(std::move(sclera));
+  EyeColours colours{median(std::move(iris)), {}};
+  const Eigen::Vector3f lab = lab_from_bgr(beside);
+  if (lab[0] < lab_from_bgr(colours.iris)[0] + least_contrast) return std::nullopt;
+  if (std::hypot(lab[1], lab[2]) <= most_chroma) colours.sclera = beside;
   return colours;
 }
 

@@ -14,14 +14,16 @@ namespace gyre {
 
 // Encoded BGR.
 struct EyeColours {
-  Eigen::Vector3f iris, sclera;
+  Eigen::Vector3f iris;
+  std::optional<Eigen::Vector3f> sclera;
 };
 
 // Median colours of the parts "leftEye" and "rightEye" where photographs that look at the face from within 40 degrees
 // see the iris (13 to 25 degrees from the axis, between pupil and rim) and the white beside it (35 to 50 degrees), in
 // front of which the lids must not lie. posed: the template's vertices in the pose of the photographs, metres, world.
-// Nothing when fewer than 12 places of either are seen, or the white is not the lighter one: the eyes are closed, or
-// the fitted eyeballs not where the true ones are.
+// Nothing when fewer than 12 places of either are seen, or the iris is not the darker one: the eyes are closed. No
+// white where what is beside the iris is too colourful for one, which is the skin of lids that the fit has opened too
+// far.
 std::optional<EyeColours> measure_eyes(const BodyTemplate& body, const std::vector<Eigen::Vector3d>& posed,
                                        std::span<const Photo> photos, int threads);
 

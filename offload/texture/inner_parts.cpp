@@ -84,7 +84,7 @@ void InnerPaint::cover_cavities() {
 
 void InnerPaint::match(const EyeColours& person) {
   iris_shift_ = lab_from_bgr(person.iris) - lab_from_bgr(mix(iris_inner, iris_outer, 0.5F));
-  white_shift_ = lab_from_bgr(person.sclera) - lab_from_bgr(sclera);
+  if (person.sclera) white_shift_ = lab_from_bgr(*person.sclera) - lab_from_bgr(sclera);
 }
 
 // The iris is a disc of 11.7 mm on a ball of 24 mm, facing +Z as the template's eyes do.
