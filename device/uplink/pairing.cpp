@@ -25,7 +25,18 @@ class Exchange {
     socket_.connect(request.host);
   }
 
+  // Once more when a crowd of strangers has pushed this device out of the host's few places. Every round is a guess for
+  // whoever stands in the host's place, so that there are as few as wrong tries at the host.
   Result<std::string> hold() {
+    constexpr int rounds = 5;
+    Result<std::string> key = hold_once();
+    for (int round = 1; round < rounds && !key && crowded_out_; ++round) key = hold_once();
+    return key;
+  }
+
+ private:
+  Result<std::string> hold_once() {
+    crowded_out_ = false;
     wire::PairRequest first{request_.device_name, request_.public_key, std::string(wire::pair_session_bytes, '\0'), {}};
     randombytes_buf(first.session.data(), first.session.size());
     CpaceParty party(CpaceParty::Role::initiator, request_.code, first.session, pairing_data(first));
@@ -44,7 +55,6 @@ class Exchange {
                 "somebody may be in between; nothing was kept");
   }
 
- private:
   Result<void> send(wire::Message message) {
     if (socket_.send(zmq::buffer(wire::encode(std::move(message))), zmq::send_flags::dontwait)) return {};
     return fail("the connection does not move", request_.host);
@@ -64,7 +74,10 @@ class Exchange {
       Result<wire::Message> message = wire::decode(body.to_string_view());
       if (!message) return fail("what answers is no host of ours", request_.host + " (" + message.error().what + ")");
       if (auto* wanted = std::get_if<Kind>(&*message)) return std::move(*wanted);
-      if (const auto* no = std::get_if<wire::Refused>(&*message)) return fail("the host refuses", no->reason);
+      if (const auto* no = std::get_if<wire::Refused>(&*message)) {
+        crowded_out_ = !no->permanent;
+        return fail("the host refuses", no->reason);
+      }
     }
   }
 
@@ -72,6 +85,7 @@ class Exchange {
   Clock::time_point end_;
   zmq::context_t context_;
   zmq::socket_t socket_;
+  bool crowded_out_ = false;
 };
 
 }  // namespace

@@ -16,8 +16,8 @@ struct RandomPerson {
   PosedBody posed;
 };
 
-// Shapes and heads up to two standard deviations, any heading, arms 28 to 52 degrees off the body, elbows bent up to 20 degrees,
-// small turns of trunk, neck, hands and legs.
+// Shapes and heads up to two standard deviations, any heading, arms 28 to 52 degrees off the body, elbows bent up to 20
+// degrees, small turns of trunk, neck, hands and legs.
 RandomPerson random_person(const BodyTemplate& body, std::uint64_t seed);
 
 struct FlawOptions {
