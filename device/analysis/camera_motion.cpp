@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/analysis/camera_motion.h"
 
+#include "common/geometry/quantile.h"
 #include "device/analysis/relative_pose.h"
 
 #include <Eigen/Cholesky>
@@ -13,13 +14,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 // The motion between two frames, for an interval `ratio` times as long.
 Pose stretched(const Pose& pose, double ratio) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/analysis/relative_pose.h"
 
+#include "common/geometry/quantile.h"
+
 #include <Eigen/Cholesky>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -153,9 +155,7 @@ std::pair<double, double> depths(const Pose& b_from_a, const Vector3d& a, const 
 double suited_scale(const Pose& pose, const Rays& a, const Rays& b, double focal, double noise) {
   std::vector<double> errors = epipolar_errors(pose, a, b, focal);
   for (double& e : errors) e = std::abs(e);
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return std::clamp(1.5 * *middle, 0.15 * noise, noise);
+  return std::clamp(1.5 * median(std::move(errors)), 0.15 * noise, noise);
 }
 
 std::optional<Pose> five_point_pose(const Rays& a, const Rays& b, double focal, double limit) {

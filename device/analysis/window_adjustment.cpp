@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/analysis/window_adjustment.h"
 
+#include "common/geometry/quantile.h"
+
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
@@ -135,9 +137,7 @@ void solve(const Normal& n, double damping, VectorXd& pose_step, std::vector<Vec
 // Scale of the loss: 1.5 times the median error, within the bounds.
 double suited_scale(std::vector<double> errors, const AdjustmentOptions& options) {
   if (errors.empty()) return options.largest_scale;
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return std::clamp(1.5 * *middle, options.least_scale, options.largest_scale);
+  return std::clamp(1.5 * median(std::move(errors)), options.least_scale, options.largest_scale);
 }
 
 }  // namespace

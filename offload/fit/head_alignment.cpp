@@ -27,9 +27,7 @@ class HeadModel {
         joint_(body.joint_index("head")),
         jacobian_(body, {}, 0, static_cast<int>(body.head_shapes.size())),
         state_(state) {
-    const Eigen::Index given = state_.head.size();
-    state_.head.conservativeResize(jacobian_.head_count());
-    for (Eigen::Index s = given; s < state_.head.size(); ++s) state_.head[s] = 0.0;
+    state_.head.conservativeResizeLike(Eigen::VectorXd::Zero(jacobian_.head_count()));
     update();
   }
 

@@ -22,6 +22,15 @@ std::vector<LandmarkTarget> face_of(const std::vector<Eigen::Vector3d>& vertices
   return landmark_targets(human(), set);
 }
 
+OrientedPoints oriented(const PointCloud& cloud) {
+  OrientedPoints points;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    points.positions.push_back(cloud.points[i].cast<double>());
+    points.normals.push_back(cloud.normals[i].cast<double>());
+  }
+  return points;
+}
+
 TEST(AlignHead, FollowsTheFaceAndNotTheHair) {
   const BodyTemplate& body = human();
   const RandomPerson person = random_person(body, 4);
@@ -36,12 +45,7 @@ TEST(AlignHead, FollowsTheFaceAndNotTheHair) {
   const double nose = truth[body.landmarks.at("noseTip")].y();
   for (std::size_t v = 0; v < truth.size(); ++v)
     if (body.regions[v] == BodyRegion::head && truth[v].y() > nose + 0.04) with_hair[v] += 0.03 * normals[v];
-  OrientedPoints cloud;
-  const PointCloud seen = sample_visible(with_hair, body.mesh.triangles, {40000, 0.001, 400, 3});
-  for (std::size_t i = 0; i < seen.points.size(); ++i) {
-    cloud.positions.push_back(seen.points[i].cast<double>());
-    cloud.normals.push_back(seen.normals[i].cast<double>());
-  }
+  const OrientedPoints cloud = oriented(sample_visible(with_hair, body.mesh.triangles, {40000, 0.001, 400, 3}));
   const HeadAlignment aligned = align_head(body, outer_surface(body), cloud, face_of(truth), person.state);
   EXPECT_NEAR(aligned.scale, 0.95, 0.02);
   for (const char* name : {"noseTip", "chin"}) {
@@ -73,12 +77,7 @@ TEST(AlignHead, HandsTheTurnToTheJoint) {
   Eigen::Vector3d& rotation = person.state.pose.rotations[body.joint_index("head")];
   rotation = rotation_vector_of(rotation_of({0, 0.12, 0}) * rotation_of(rotation));
   const std::vector<Eigen::Vector3d> truth = evaluate(body, person.state).vertices;
-  OrientedPoints cloud;
-  const PointCloud seen = sample_visible(truth, body.mesh.triangles, {40000, 0.0, 400, 3});
-  for (std::size_t i = 0; i < seen.points.size(); ++i) {
-    cloud.positions.push_back(seen.points[i].cast<double>());
-    cloud.normals.push_back(seen.normals[i].cast<double>());
-  }
+  const OrientedPoints cloud = oriented(sample_visible(truth, body.mesh.triangles, {40000, 0.0, 400, 3}));
   const HeadAlignment aligned = align_head(body, outer_surface(body), cloud, face_of(truth), straight);
   const std::vector<Eigen::Vector3d> posed = evaluate(body, aligned.state).vertices;
   const int nose = body.landmarks.at("noseTip");
@@ -109,12 +108,7 @@ TEST(AlignHead, FindsTheIdentity) {
   RandomPerson person = random_person(body, 7);
   person.state.head = Eigen::Vector2d(1.4, -1.1);
   const std::vector<Eigen::Vector3d> truth = evaluate(body, person.state).vertices;
-  OrientedPoints cloud;
-  const PointCloud seen = sample_visible(truth, body.mesh.triangles, {80000, 0.0, 400, 3});
-  for (std::size_t i = 0; i < seen.points.size(); ++i) {
-    cloud.positions.push_back(seen.points[i].cast<double>());
-    cloud.normals.push_back(seen.normals[i].cast<double>());
-  }
+  const OrientedPoints cloud = oriented(sample_visible(truth, body.mesh.triangles, {80000, 0.0, 400, 3}));
   BodyState unknown = person.state;
   unknown.head = {};
   const HeadAlignment aligned = align_head(body, outer_surface(body), cloud, face_of(truth), unknown);

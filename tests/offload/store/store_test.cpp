@@ -249,8 +249,8 @@ TEST(Store, DeletesEverythingOfAScanAndSaysWhat) {
   std::set<std::string> names;
   for (const StoredFile& file : receipt->files) names.insert(file.name);
   EXPECT_EQ(names, (std::set<std::string>{"scans/" + id + "/scan.json", "scans/" + id + "/frames/body-000001.jpg",
-                                          "scans/" + id + "/work/cloud/cloud.ply", "scans/" + id + "/avatar.glb",
-                                          "incoming/" + id + "/body-000002.jpg.part"}));
+                                          (fs::path("scans") / id / "work" / "cloud" / "cloud.ply").string(),
+                                          "scans/" + id + "/avatar.glb", "incoming/" + id + "/body-000002.jpg.part"}));
   EXPECT_FALSE(store->scan(id).value());
   EXPECT_TRUE(store->files(id)->empty());
   EXPECT_TRUE(store->results(id)->empty());
