@@ -4,7 +4,7 @@
 #include "common/bundle/ulid.h"
 #include "common/log/log.h"
 #include "common/log/utc_time.h"
-#include "common/selection/ingest.h"
+#include "offload/ingest/recording.h"
 #include "offload/orbit.h"
 #include "offload/verbs.h"
 
@@ -62,30 +62,18 @@ Result<void> copy_scan(const Bundle& from, const Bundle& to) {
 }
 
 // Selects keyframes of the recordings into a bundle. source.json is written last and marks the bundle as complete.
-Result<void> extract(const std::vector<std::pair<std::string, fs::path>>& passes, const Bundle& bundle,
-                     const json& source) {
+Result<void> extract(const std::vector<Recording>& recordings, const Bundle& bundle, const json& source) {
   std::error_code error;
   fs::remove(bundle.root() / "source.json", error);
-  fs::remove_all(bundle.frames(), error);
   Scan scan;
   const Result<Scan> before = read_scan(bundle);
   scan.id = before ? before->id : new_ulid();
   scan.created = utc_now();
-  scan.software = GYRE_VERSION;
   scan.device = "recording";
-  if (const Result<Bundle> made = create_bundle(bundle.root(), scan); !made) return tl::unexpected(made.error());
-  std::vector<FrameRecord> records;
-  for (const auto& [name, capture] : passes) {
-    const Result<IngestedPass> pass = ingest_capture(capture, name, bundle, SelectionOptions::for_pass(name),
-                                                     terminal_progress("keyframes of " + name));
-    if (!pass) return tl::unexpected(pass.error());
-    scan.passes.push_back(pass->pass);
-    records.insert(records.end(), pass->records.begin(), pass->records.end());
-  }
-  Result<void> done = write_frame_log(bundle, records);
-  if (done) done = write_scan(bundle, scan);
-  if (done) done = write_file(bundle.root() / "source.json", source.dump(2) + "\n");
-  return done;
+  const std::atomic<bool> never{false};
+  const Result<Scan> made = scan_of_recordings(recordings, bundle, scan, terminal_progress("keyframes"), never);
+  if (!made) return tl::unexpected(made.error());
+  return write_file(bundle.root() / "source.json", source.dump(2) + "\n");
 }
 
 // Brings the capture into the bundle at `out`, unless it is there already.
@@ -102,10 +90,10 @@ Result<void> prepare(const ReconstructFlags& given, const Bundle& bundle) {
     return copy_scan(Bundle(capture), bundle);
   }
   json source = {{"body", fingerprint(capture)}};
-  std::vector<std::pair<std::string, fs::path>> passes = {{"body", capture}};
+  std::vector<Recording> recordings = {{"body", capture}};
   if (!given.head.empty()) {
     source["head"] = fingerprint(given.head);
-    passes.emplace_back("head", given.head);
+    recordings.push_back({"head", given.head});
   }
   if (const Result<std::string> there = read_file(bundle.root() / "source.json");
       there && json::parse(*there, nullptr, false) == source)
@@ -114,7 +102,7 @@ Result<void> prepare(const ReconstructFlags& given, const Bundle& bundle) {
       !fs::exists(bundle.scan_file(), error)) {
     return wrong_use("the folder is not empty and not a scan", bundle.root().string(), "give another --out");
   }
-  return extract(passes, bundle, source);
+  return extract(recordings, bundle, source);
 }
 
 json summary(const Bundle& bundle, const std::vector<StageReport>& reports, double seconds) {

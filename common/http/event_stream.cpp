@@ -34,7 +34,6 @@ class EventStream::Source : public HttpSource {
 void EventStream::publish(std::string_view event, std::string_view data) {
   const std::string text = format_event(event, data);
   const std::scoped_lock lock(mutex_);
-  std::erase_if(watchers_, [](const std::weak_ptr<Watcher>& watcher) { return watcher.expired(); });
   for (const std::weak_ptr<Watcher>& reference : watchers_) {
     const std::shared_ptr<Watcher> watcher = reference.lock();
     if (!watcher) continue;
@@ -45,10 +44,17 @@ void EventStream::publish(std::string_view event, std::string_view data) {
   }
 }
 
+bool EventStream::is_watched() {
+  const std::scoped_lock lock(mutex_);
+  std::erase_if(watchers_, [](const std::weak_ptr<Watcher>& watcher) { return watcher.expired(); });
+  return !watchers_.empty();
+}
+
 std::unique_ptr<HttpSource> EventStream::watch(const std::function<std::string()>& greeting) {
   const auto watcher = std::make_shared<Watcher>();
   {
     const std::scoped_lock lock(mutex_);
+    std::erase_if(watchers_, [](const std::weak_ptr<Watcher>& one) { return one.expired(); });
     watchers_.push_back(watcher);
   }
   // Registered before it is greeted, so that nothing falls between the two; its news may repeat the greeting.

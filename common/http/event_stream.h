@@ -25,6 +25,9 @@ class EventStream {
   // browser comes back by itself and starts over.
   void publish(std::string_view event, std::string_view data);
 
+  // Whether anybody watches.
+  bool is_watched();
+
   // What one more watcher reads: first what `greeting` adds to it (by format_event), then everything published since.
   std::unique_ptr<HttpSource> watch(const std::function<std::string()>& greeting);
 

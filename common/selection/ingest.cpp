@@ -15,9 +15,33 @@ void report(const Progress& progress, int done, const CaptureInfo& info, std::st
   if (info.expected_frames > 0) progress(std::min(1.0, static_cast<double>(done) / info.expected_frames), what);
 }
 
-Result<void> write_keyframes(const std::filesystem::path& capture, const std::string& pass, const Bundle& bundle,
-                             const std::vector<int>& keyframes, const Progress& progress) {
+// A capture whose reading somebody may end.
+class CancellableSource : public FrameSource {
+ public:
+  CancellableSource(std::unique_ptr<FrameSource> source, const std::atomic<bool>& cancel)
+      : source_(std::move(source)), cancel_(cancel) {}
+  const CaptureInfo& info() const override { return source_->info(); }
+  Result<std::optional<Frame>> next() override {
+    if (cancel_) return fail("cancelled", info().path.string());
+    return source_->next();
+  }
+
+ private:
+  std::unique_ptr<FrameSource> source_;
+  const std::atomic<bool>& cancel_;
+};
+
+Result<std::unique_ptr<FrameSource>> open_cancellable(const std::filesystem::path& capture,
+                                                      const std::atomic<bool>& cancel) {
   Result<std::unique_ptr<FrameSource>> source = open_capture(capture);
+  if (!source) return source;
+  return std::make_unique<CancellableSource>(std::move(*source), cancel);
+}
+
+Result<void> write_keyframes(const std::filesystem::path& capture, const std::string& pass, const Bundle& bundle,
+                             const std::vector<int>& keyframes, const Progress& progress,
+                             const std::atomic<bool>& cancel) {
+  Result<std::unique_ptr<FrameSource>> source = open_cancellable(capture, cancel);
   if (!source) return tl::unexpected(source.error());
   for (const int wanted : keyframes) {
     for (;;) {
@@ -108,8 +132,9 @@ Result<std::string> keyframe_jpeg(const Frame& frame) {
 }
 
 Result<IngestedPass> ingest_capture(const std::filesystem::path& capture, const std::string& pass, const Bundle& bundle,
-                                    const SelectionOptions& options, const Progress& progress) {
-  Result<std::unique_ptr<FrameSource>> source = open_capture(capture);
+                                    const SelectionOptions& options, const Progress& progress,
+                                    const std::atomic<bool>& cancel) {
+  Result<std::unique_ptr<FrameSource>> source = open_cancellable(capture, cancel);
   if (!source) return tl::unexpected(source.error());
   const CaptureInfo info = (*source)->info();
   constexpr double measuring = 0.8;  // of the time
@@ -121,7 +146,8 @@ Result<IngestedPass> ingest_capture(const std::filesystem::path& capture, const 
   const std::vector<int>& keyframes = measured->selection.keyframes;
   const Result<void> written = write_keyframes(
       capture, pass, bundle, keyframes,
-      [&](double fraction, std::string_view what) { progress(measuring + (1.0 - measuring) * fraction, what); });
+      [&](double fraction, std::string_view what) { progress(measuring + (1.0 - measuring) * fraction, what); },
+      cancel);
   if (!written) return tl::unexpected(written.error());
 
   IngestedPass out;

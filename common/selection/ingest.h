@@ -8,6 +8,7 @@
 #include "common/selection/selection.h"
 #include "common/video/frame_source.h"
 
+#include <atomic>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -45,13 +46,15 @@ inline constexpr int keyframe_quality = 95;
 Result<std::string> keyframe_jpeg(const Frame& frame);
 
 // Selects the keyframes of a capture and writes them to the bundle as <pass>-<index>.jpg. Reads the capture twice, so
-// that no more than one picture is in memory. The caller adds `pass` to scan.json and `records` to frames.jsonl.
+// that no more than one picture is in memory. When `cancel` becomes true the reading ends with an error. The caller
+// adds `pass` to scan.json and `records` to frames.jsonl.
 struct IngestedPass {
   ScanPass pass;
   std::vector<FrameRecord> records;
   int keyframes = 0;
 };
 Result<IngestedPass> ingest_capture(const std::filesystem::path& capture, const std::string& pass, const Bundle& bundle,
-                                    const SelectionOptions& options, const Progress& progress);
+                                    const SelectionOptions& options, const Progress& progress,
+                                    const std::atomic<bool>& cancel);
 
 }  // namespace gyre

@@ -44,7 +44,7 @@ class Ingest : public testing::Test {
 
   Result<IngestedPass> ingest() const {
     return ingest_capture(capture(), "body", bundle_, SelectionOptions::for_pass("body"),
-                          [](double, std::string_view) {});
+                          [](double, std::string_view) {}, cancel_);
   }
 
   // Writes what the caller of ingest_capture writes, and verifies the whole.
@@ -58,6 +58,7 @@ class Ingest : public testing::Test {
 
   fs::path root_;
   Scan scan_;
+  std::atomic<bool> cancel_{false};
   Bundle bundle_{""};
 };
 

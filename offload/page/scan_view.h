@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the page is told of scans, as JSON; offload/page/web/model.ts has the same shapes.
+#pragma once
+
+#include "common/bundle/stage.h"
+#include "offload/store/store.h"
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gyre {
+
+// What is being done to a scan just now.
+struct ScanWork {
+  std::string stage;
+  double fraction = 0.0;
+  std::string text;
+};
+
+// Results that the page hands out when they are there.
+const std::vector<std::string>& result_names();
+
+// A line of the list. importing: its keyframes are being selected from an upload.
+nlohmann::json scan_row(const Store& store, const StoredScan& scan, const std::optional<ScanWork>& work,
+                        bool importing);
+
+// The row with stature, stages, options and warnings. stages: in the order they run.
+nlohmann::json scan_details(const Store& store, const nlohmann::json& row, const std::string& id,
+                            const std::vector<Stage>& stages);
+
+// Checks options that somebody wants a scan run again with: {"stage": {"option": value}}. Errors (wrong use): an
+// unknown stage or option, a value of another type than the default, or an option that names a file of this machine.
+Result<void> check_stage_options(const nlohmann::json& options, const std::vector<Stage>& stages);
+
+}  // namespace gyre
