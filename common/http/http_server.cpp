@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/http/http_server.h"
+
+#include <fcntl.h>
+#include <httplib.h>
+#include <unistd.h>
+#include <atomic>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+namespace gyre {
+
+namespace {
+
+// A connection that is kept open holds a thread, and so does every stream.
+constexpr std::size_t server_threads = 32;
+constexpr int most_streams = 16;
+constexpr std::time_t keep_alive_s = 2;  // stop() waits for idle connections that long
+constexpr std::size_t block_bytes = 1 << 16;
+
+const std::map<std::string, std::string>& headers_of_every_answer() {
+  static const std::map<std::string, std::string> headers = {
+      {"Content-Security-Policy",
+       "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' blob:; object-src 'none'; base-uri 'none'; "
+       "form-action 'self'; frame-ancestors 'self'"},
+      {"X-Content-Type-Options", "nosniff"},
+      {"X-Frame-Options", "SAMEORIGIN"},
+      {"Referrer-Policy", "no-referrer"},
+      {"Cross-Origin-Opener-Policy", "same-origin"},
+      {"Cross-Origin-Resource-Policy", "same-origin"},
+      {"Permissions-Policy", "camera=(), microphone=(), geolocation=()"},
+      {"Cache-Control", "no-store"},
+  };
+  return headers;
+}
+
+std::string cookie_name(int port) {
+  return "gyre-" + std::to_string(port);  // cookies do not tell ports apart
+}
+
+std::string cookie_of(const httplib::Request& request, const std::string& name) {
+  const std::string all = request.get_header_value("Cookie");
+  for (std::size_t at = 0; at < all.size();) {
+    const std::size_t end = std::min(all.find(';', at), all.size());
+    std::string_view one(all.data() + at, end - at);
+    while (one.starts_with(' ')) one.remove_prefix(1);
+    if (one.starts_with(name + "=")) return std::string(one.substr(name.size() + 1));
+    at = end + 1;
+  }
+  return {};
+}
+
+std::string token_of(const httplib::Request& request, int port) {
+  constexpr std::string_view scheme = "Bearer ";
+  const std::string authorization = request.get_header_value("Authorization");
+  if (authorization.starts_with(scheme)) return authorization.substr(scheme.size());
+  return cookie_of(request, cookie_name(port));
+}
+
+HttpRequest request_of(const httplib::Request& from) {
+  HttpRequest request;
+  request.method = from.method;
+  request.path = from.path;
+  for (std::size_t i = 1; i < from.matches.size(); ++i) request.parts.push_back(from.matches[i].str());
+  for (const auto& [name, value] : from.params) request.query.emplace(name, value);
+  request.body = from.body;
+  return request;
+}
+
+// Hands out a file as its reader asks for it, so that an avatar is never in memory whole.
+class OpenFile {
+ public:
+  explicit OpenFile(const std::filesystem::path& path) : fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW)) {
+    if (fd_ < 0) return;
+    const off_t end = ::lseek(fd_, 0, SEEK_END);
+    size_ = end > 0 ? static_cast<std::size_t>(end) : 0;
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  ~OpenFile() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  bool is_open() const { return fd_ >= 0; }
+  std::size_t size() const { return size_; }
+  bool send(std::size_t offset, std::size_t length, httplib::DataSink& sink) const {
+    std::array<char, block_bytes> block{};
+    const ssize_t got = ::pread(fd_, block.data(), std::min(length, block.size()), static_cast<off_t>(offset));
+    return got > 0 && sink.write(block.data(), static_cast<std::size_t>(got));
+  }
+
+ private:
+  int fd_;
+  std::size_t size_ = 0;
+};
+
+void send_file(const HttpResponse& from, httplib::Response& to) {
+  const auto file = std::make_shared<OpenFile>(from.file);
+  if (!file->is_open()) {
+    to.status = 404;
+    to.set_content("there is no such file", "text/plain");
+    return;
+  }
+  if (file->size() == 0) {
+    to.set_content("", from.type);
+    return;
+  }
+  to.set_content_provider(file->size(), from.type,
+                          [file](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+                            return file->send(offset, length, sink);
+                          });
+}
+
+void send(const HttpResponse& from, httplib::Response& to) {
+  to.status = from.status;
+  for (const auto& [name, value] : from.headers) to.set_header(name, value);
+  if (from.file.empty()) {
+    to.set_content(from.body, from.type);
+  } else {
+    send_file(from, to);
+  }
+}
+
+void set_socket_options(socket_t socket) {
+  // Not the library's SO_REUSEPORT, by which two programs would share a port without a word.
+  const int yes = 1;
+  ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+}
+
+}  // namespace
+
+Result<void> HttpOptions::check() const {
+  if (port < 0 || port > 65535) return wrong_use("no such port", std::to_string(port), "give 0 to 65535");
+  if (!token.empty() && token.size() < 16)
+    return wrong_use("the token is too short", "", "give at least 16 characters");
+  return {};
+}
+
+HttpResponse json_response(const nlohmann::json& json, int status) {
+  HttpResponse response;
+  response.status = status;
+  response.type = "application/json";
+  response.body = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return response;
+}
+
+HttpResponse error_response(int status, std::string_view message) {
+  return json_response({{"error", message}}, status);
+}
+
+HttpResponse error_response(const Error& error) {
+  return error_response(error.kind == Error::Kind::usage ? 400 : 500, error.message());
+}
+
+class HttpServer::Impl {
+ public:
+  explicit Impl(HttpOptions options) : options_(std::move(options)) {
+    server_.new_task_queue = [] { return new httplib::ThreadPool(server_threads); };
+    server_.set_socket_options(set_socket_options);
+    server_.set_keep_alive_timeout(keep_alive_s);
+    server_.set_keep_alive_max_count(1000);
+    server_.set_tcp_nodelay(true);
+    server_.set_payload_max_length(std::max(options_.max_body_bytes, options_.max_upload_bytes));
+    server_.set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
+      for (const auto& [name, value] : headers_of_every_answer()) {
+        if (!response.has_header(name)) response.set_header(name, value);
+      }
+    });
+    server_.set_exception_handler([](const httplib::Request&, httplib::Response& response, std::exception_ptr) {
+      send(error_response(500, "the request could not be answered"), response);
+    });
+  }
+
+  httplib::Server::Handler guarded(Handler handler) {
+    return [this, handler = std::move(handler)](const httplib::Request& request, httplib::Response& response) {
+      // The body has been read, whoever sent it: left in the connection it would be taken for the next request, and
+      // its headers for the sender's.
+      if (!let_in(request, response)) return;
+      if (request.body.size() > options_.max_body_bytes) {
+        send(error_response(413, "the request is too large"), response);
+        return;
+      }
+      send(handler(request_of(request)), response);
+    };
+  }
+
+  void add_upload(const std::string& pattern, UploadHandler handler) {
+    server_.Put(pattern,
+                [this, handler = std::move(handler)](const httplib::Request& request, httplib::Response& response,
+                                                     const httplib::ContentReader& content) {
+                  if (!let_in(request, response)) return;
+                  const Reader read = [&](const std::function<bool(std::string_view)>& take) {
+                    std::uint64_t got = 0;
+                    return content([&](const char* data, std::size_t length) {
+                      got += length;
+                      return got <= options_.max_upload_bytes && take(std::string_view(data, length));
+                    });
+                  };
+                  send(handler(request_of(request), read), response);
+                });
+  }
+
+  void add_stream(const std::string& pattern, const std::string& type, SourceMaker make) {
+    server_.Get(pattern,
+                [this, type, make = std::move(make)](const httplib::Request& request, httplib::Response& response) {
+                  if (!let_in(request, response)) return;
+                  if (streams_ >= most_streams) {
+                    send(error_response(503, "too many are watching already; close another page"), response);
+                    return;
+                  }
+                  std::shared_ptr<HttpSource> source = make(request_of(request));
+                  ++streams_;
+                  response.set_chunked_content_provider(
+                      type,
+                      [this, source](std::size_t, httplib::DataSink& sink) {
+                        std::string bytes;
+                        if (stopping_ || !source->next(bytes)) {
+                          sink.done();
+                          return true;
+                        }
+                        if (!bytes.empty()) return sink.write(bytes.data(), bytes.size());
+                        return sink.is_writable();
+                      },
+                      [this](bool) { --streams_; });
+                });
+  }
+
+  // The page with a token in its address: the token becomes a cookie, and leaves the address bar and the history.
+  bool take_token(const httplib::Request& request, httplib::Response& response) const {
+    const std::string token = request.get_param_value("token");
+    if (request.path != "/" || token.empty() || options_.token.empty() || !same_secret(token, options_.token)) {
+      return false;
+    }
+    response.set_header("Set-Cookie",
+                        cookie_name(port_) + "=" + token + "; Path=/; HttpOnly; SameSite=Lax; Max-Age=31536000");
+    response.set_redirect("/", 303);
+    return true;
+  }
+
+  bool let_in(const httplib::Request& request, httplib::Response& response) const {
+    if (take_token(request, response)) return false;
+    AccessRequest who;
+    who.method = request.method;
+    who.remote_address = request.remote_addr;
+    who.host = request.get_header_value("Host");
+    who.origin = request.get_header_value("Origin");
+    who.token = token_of(request, port_);
+    who.marked = request.has_header("X-Gyre");
+    switch (access_of(who, options_.token)) {
+      case Access::granted:
+        return true;
+      case Access::needs_token:
+        send(error_response(401, "open the page with the link that this program printed: it has the token in it"),
+             response);
+        return false;
+      case Access::refused:
+        send(error_response(403, "only this program's own page may ask for that"), response);
+        return false;
+    }
+    return false;
+  }
+
+  Result<void> start() {
+    if (const Result<void> valid = options_.check(); !valid) return valid;
+    const std::string where = options_.address + ":" + std::to_string(options_.port);
+    if (options_.port == 0) {
+      port_ = server_.bind_to_any_port(options_.address);
+    } else if (server_.bind_to_port(options_.address, options_.port)) {
+      port_ = options_.port;
+    }
+    if (port_ <= 0) {
+      return fail("cannot listen for browsers", where, "another program may have the port: give another one");
+    }
+    thread_ = std::thread([this] { server_.listen_after_bind(); });
+    while (!server_.is_running()) std::this_thread::yield();
+    return {};
+  }
+
+  void stop() {
+    stopping_ = true;
+    server_.stop();
+    if (thread_.joinable()) thread_.join();
+  }
+
+  std::string url() const {
+    std::string host = options_.address;
+    if (host == "0.0.0.0" || host == "::") {
+      std::array<char, 256> name{};
+      host = ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "localhost";
+    }
+    if (host.find(':') != std::string::npos) host = "[" + host + "]";
+    std::string url = "http://" + host + ":" + std::to_string(port_) + "/";
+    if (!options_.token.empty() && !is_loopback_address(options_.address)) url += "?token=" + options_.token;
+    return url;
+  }
+
+  HttpOptions options_;
+  httplib::Server server_;
+  std::thread thread_;
+  std::atomic<int> streams_{0};
+  std::atomic<bool> stopping_{false};
+  int port_ = -1;
+};
+
+HttpServer::HttpServer(HttpOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
+
+HttpServer::~HttpServer() {
+  stop();
+}
+
+void HttpServer::get(const std::string& pattern, Handler handler) {
+  impl_->server_.Get(pattern, impl_->guarded(std::move(handler)));
+}
+
+void HttpServer::post(const std::string& pattern, Handler handler) {
+  impl_->server_.Post(pattern, impl_->guarded(std::move(handler)));
+}
+
+void HttpServer::put(const std::string& pattern, Handler handler) {
+  impl_->server_.Put(pattern, impl_->guarded(std::move(handler)));
+}
+
+void HttpServer::remove(const std::string& pattern, Handler handler) {
+  impl_->server_.Delete(pattern, impl_->guarded(std::move(handler)));
+}
+
+void HttpServer::upload(const std::string& pattern, UploadHandler handler) {
+  impl_->add_upload(pattern, std::move(handler));
+}
+
+void HttpServer::stream(const std::string& pattern, const std::string& type, SourceMaker make) {
+  impl_->add_stream(pattern, type, std::move(make));
+}
+
+void HttpServer::get_public(const std::string& path, Handler handler) {
+  impl_->server_.Get(path,
+                     [handler = std::move(handler)](const httplib::Request& request, httplib::Response& response) {
+                       send(handler(request_of(request)), response);
+                     });
+}
+
+void HttpServer::serve(std::span<const PageFile> files) {
+  const auto answer = [](const PageFile& file) {
+    HttpResponse response;
+    response.type = file.type;
+    response.body = file.bytes;
+    // The names of all but the page itself change with what is in them.
+    if (file.path.starts_with("/assets/")) response.headers["Cache-Control"] = "private, max-age=31536000, immutable";
+    return response;
+  };
+  for (const PageFile& file : files) {
+    const auto handler = [&file, answer](const HttpRequest&) { return answer(file); };
+    std::string pattern;
+    for (const char c : file.path) pattern += c == '.' ? std::string("\\.") : std::string(1, c);
+    get(pattern, handler);
+    if (file.path == "/index.html") get("/", handler);
+  }
+}
+
+Result<void> HttpServer::start() {
+  return impl_->start();
+}
+
+void HttpServer::stop() {
+  impl_->stop();
+}
+
+int HttpServer::port() const {
+  return impl_->port_;
+}
+
+std::string HttpServer::url() const {
+  return impl_->url();
+}
+
+}  // namespace gyre
