@@ -62,6 +62,14 @@ struct DeletionReceipt {
   std::vector<StoredFile> files;  // all that were removed, derived ones included; relative to the store
 };
 
+// What may be deleted without being asked for. Nothing set: nothing.
+struct RetentionPolicy {
+  std::optional<std::chrono::hours> longest;  // since its results were delivered
+  std::optional<std::size_t> most;            // delivered scans kept, the newest
+
+  bool keeps_everything() const { return !longest && !most; }
+};
+
 // <folder>/catalogue.sqlite, <folder>/scans/<scan-id>/ (bundles), <folder>/incoming/<scan-id>/ (files half received).
 // What a call has reported is on disk. All methods may be called from any thread; one process at a time owns a store.
 class Store {
@@ -120,6 +128,15 @@ class Store {
   // deleted, so that its device does not bring it back. A crash in between is made good when the store is opened.
   // Error: its job is running.
   Result<DeletionReceipt> delete_scan(const std::string& scan_id);
+  // Writes everything of a scan into one tar file. Error: its job is running.
+  Result<void> export_scan(const std::string& scan_id, const std::filesystem::path& tar) const;
+  // Takes a scan in from such a file, also one that was deleted here, and returns its id. Errors: the tar is not a
+  // whole scan, or the store has it.
+  Result<std::string> import_scan(const std::filesystem::path& tar);
+
+  // Scans that the policy lets go, oldest first: of those only whose results are with their device.
+  Result<std::vector<std::string>> expired(const RetentionPolicy& policy, WallTime now) const;
+
   // When the scan was deleted, or nothing.
   Result<std::optional<std::string>> deleted_at(const std::string& scan_id) const;
 
