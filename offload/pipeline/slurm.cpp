@@ -3,12 +3,15 @@
 
 #include "offload/pipeline/command.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
 namespace gyre {
 
 namespace {
+
+constexpr double mib_per_gib = 1024.0;
 
 Result<std::string> said_by(const std::vector<std::string>& words) {
   Result<CommandOutcome> outcome = run_command(words);
@@ -31,8 +34,25 @@ std::string quoted(const std::string& word) {
 
 }  // namespace
 
+Result<SlurmNode> largest_node(const std::string& partition) {
+  std::vector<std::string> words = {"sinfo", "--noheader", "--Node", "--format=%c %m"};
+  if (!partition.empty()) words.push_back("--partition=" + partition);
+  const Result<std::string> said = said_by(words);
+  if (!said) return tl::unexpected(said.error());
+  SlurmNode largest;
+  std::istringstream lines(*said);
+  for (std::string line; std::getline(lines, line);) {
+    int cores = 0;
+    double memory_mib = 0.0;
+    if (!(std::istringstream(line) >> cores >> memory_mib)) continue;
+    largest.cores = std::max(largest.cores, cores);
+    largest.memory_gib = std::max(largest.memory_gib, memory_mib / mib_per_gib);
+  }
+  if (largest.cores > 0) return largest;
+  return fail("Slurm has no nodes there", partition, "look at `sinfo`");
+}
+
 Result<std::string> submit(const SlurmJob& job) {
-  constexpr double mib_per_gib = 1024.0;
   std::string command = "exec";
   for (const std::string& word : job.command) command.append(1, ' ').append(quoted(word));
   std::vector<std::string> words = {

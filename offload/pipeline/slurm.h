@@ -23,6 +23,15 @@ struct SlurmJob {
   std::string after;      // id of the job whose success it waits for; empty: none
 };
 
+struct SlurmNode {
+  int cores = 0;
+  double memory_gib = 0.0;
+};
+
+// The most cores and the most memory that a node of the partition (empty: of all) has; a job that asks for more waits
+// for ever.
+Result<SlurmNode> largest_node(const std::string& partition);
+
 // Returns the id.
 Result<std::string> submit(const SlurmJob& job);
 

@@ -57,7 +57,7 @@ class SlurmExecutor::Chain {
 
  private:
   Result<void> submit_all();
-  SlurmJob job_of(const Stage& stage) const;
+  SlurmJob job_of(const Stage& stage, const SlurmNode& largest) const;
   fs::path file(const Stage& stage, const char* suffix) const { return folder_ / (stage.name + suffix); }
   std::string prefix() const { return "gyre-" + work_.scan + "-"; }
   ScanOutcome fail_with(const PipelineFailure& failure) const;
@@ -87,12 +87,12 @@ Result<void> SlurmExecutor::Chain::begin() {
   return {};
 }
 
-SlurmJob SlurmExecutor::Chain::job_of(const Stage& stage) const {
+SlurmJob SlurmExecutor::Chain::job_of(const Stage& stage, const SlurmNode& largest) const {
   constexpr double seconds_per_minute = 60.0;
   constexpr double least_minutes = 5.0;
   constexpr double memory_margin = 1.25;
   const StageNeeds needs = needs_of(stage, work_.bundle);
-  const int most = work_.options.threads > 0 ? std::min(work_.options.threads, options_.cores) : options_.cores;
+  const int wanted = work_.options.threads > 0 ? std::min(work_.options.threads, options_.cores) : options_.cores;
   std::error_code error;
   const fs::path program = fs::canonical(options_.program, error);
   SlurmJob job;
@@ -101,19 +101,21 @@ SlurmJob SlurmExecutor::Chain::job_of(const Stage& stage) const {
                  fs::absolute(work_.bundle.root()).string(),           "--plan", file(stage, ".json").string()};
   job.out = file(stage, ".out");
   job.err = file(stage, ".err");
-  job.cores = needs.parallel ? most : 1;
-  job.memory_gib = memory_margin * needs.memory_gib;
+  job.cores = needs.parallel ? std::min(wanted, largest.cores) : 1;
+  job.memory_gib = std::min(memory_margin * needs.memory_gib, largest.memory_gib);
   job.minutes = least_minutes + options_.margin * needs.core_seconds / job.cores / seconds_per_minute;
   job.partition = options_.partition;
   return job;
 }
 
 Result<void> SlurmExecutor::Chain::submit_all() {
+  const Result<SlurmNode> largest = largest_node(options_.partition);
+  if (!largest) return tl::unexpected(largest.error());
   std::string before;
   std::error_code error;
   for (const Stage& stage : stages_) fs::remove(file(stage, ".out"), error);
   for (const Stage& stage : stages_) {
-    SlurmJob job = job_of(stage);
+    SlurmJob job = job_of(stage, *largest);
     PipelineOptions plan = work_.options;
     plan.threads = job.cores;
     nlohmann::json own = nlohmann::json::object();

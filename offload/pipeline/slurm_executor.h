@@ -12,7 +12,7 @@ namespace gyre {
 
 struct SlurmOptions {
   std::string partition;                             // empty: the cluster's default
-  int cores = 8;                                     // of a stage that can use several
+  int cores = 8;                                     // of a stage that can use several, as far as a node has them
   std::chrono::milliseconds poll{2000};              // between looks at the queue and at what the jobs say
   double margin = 4.0;                               // a stage may take that many times its own estimate
   std::filesystem::path program = "/proc/self/exe";  // what runs a stage, at that path on every node

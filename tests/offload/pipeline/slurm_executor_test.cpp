@@ -51,6 +51,10 @@ for s in *.state; do
 done
 exit 0
 )sh";
+constexpr const char* sinfo_script = R"sh(#!/bin/bash
+echo "4 2000"
+echo "6 1000"
+)sh";
 constexpr const char* scontrol_script = R"sh(#!/bin/bash
 q=$(dirname "$0")/queue
 echo "JobId=$4 JobName=$(cat "$q/$4.name") JobState=$(cat "$q/$4.state") Reason=None"
@@ -73,6 +77,7 @@ class SlurmExecutorTest : public testing::Test {
     fs::create_directories(bundle_.root() / "work");
     for (const auto& [name, text] : std::map<std::string, std::string>{{"sbatch", sbatch_script},
                                                                        {"squeue", squeue_script},
+                                                                       {"sinfo", sinfo_script},
                                                                        {"scontrol", scontrol_script},
                                                                        {"scancel", scancel_script}}) {
       ASSERT_TRUE(write_file(bin_ / name, text));
@@ -127,7 +132,7 @@ TEST_F(SlurmExecutorTest, StagesRunOneAfterTheOtherAndSayHowFarTheyAre) {
   EXPECT_NE(said_.find("half way"), std::string::npos);
   const std::string asked = read_file(bin_ / "queue" / "100.asked").value();
   EXPECT_NE(asked.find("--mem=1280"), std::string::npos) << asked;
-  EXPECT_NE(asked.find("--cpus-per-task=8"), std::string::npos) << asked;
+  EXPECT_NE(asked.find("--cpus-per-task=6"), std::string::npos) << asked;
   // Again: nothing has changed.
   EXPECT_TRUE(resume()->at(1).resumed);
 }
