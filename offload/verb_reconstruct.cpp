@@ -139,7 +139,6 @@ int reconstruct(const ReconstructFlags& given) {
 
   std::string current;
   Progress bar;
-  const std::atomic<bool> never{false};
   const auto reports = run_pipeline(
       orbit_stages(), bundle, *options,
       [&](const std::string& stage, double fraction, std::string_view what) {
@@ -147,7 +146,7 @@ int reconstruct(const ReconstructFlags& given) {
         current = stage;
         bar(fraction, what);
       },
-      never);
+      [] { return Order::go_on; });
   if (!reports) return report_error(reports.error());
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   std::printf("%s\n", summary(bundle, *reports, seconds).dump().c_str());

@@ -2,11 +2,13 @@
 #include "common/keys/keys.h"
 #include "offload/ingest/ingest_server.h"
 #include "offload/orbit.h"
+#include "offload/pipeline/local_executor.h"
+#include "offload/pipeline/runner.h"
+#include "offload/pipeline/slurm_executor.h"
 #include "offload/store/store.h"
 #include "offload/verbs.h"
 
 #include <CLI/CLI.hpp>
-#include <condition_variable>
 #include <csignal>
 #include <cstdio>
 #include <memory>
@@ -21,85 +23,16 @@ struct ServeFlags {
   std::string key;
   std::string allow;
   double reserve_gib = 1.0;
+  RunnerOptions runner;
+  std::string executor = "local";
+  SlurmOptions slurm;
   PipelineFlags flags;
 };
 
-// Takes queued jobs one after the other until it is stopped. A job that was interrupted is queued again when the store
-// is opened the next time, and the pipeline resumes at the stage it was in.
-class JobLoop {
- public:
-  JobLoop(Store& store, PipelineFlags flags) : store_(store), flags_(std::move(flags)) {}
-
-  void start(IngestServer& server) {
-    server_ = &server;
-    thread_ = std::thread([this] { run(); });
-  }
-  void wake() {
-    const std::scoped_lock lock(mutex_);
-    woken_ = true;
-    wakeup_.notify_one();
-  }
-  void stop() {
-    cancel_ = true;
-    wake();
-    if (thread_.joinable()) thread_.join();
-  }
-
- private:
-  void run() {
-    while (!cancel_) {
-      const Result<std::optional<std::string>> job = store_.take_job();
-      if (!job) spdlog::error("{}", job.error().message());
-      if (job && job->has_value()) {
-        work(**job);
-        continue;
-      }
-      std::unique_lock lock(mutex_);
-      wakeup_.wait(lock, [this] { return woken_ || cancel_; });
-      woken_ = false;
-    }
-  }
-
-  void work(const std::string& id) {
-    spdlog::info("scan {}: reconstruction starts", id);
-    const Result<void> done = reconstruct(id);
-    if (cancel_) return;  // still "running" in the catalogue: it continues with the next start
-    if (!done) {
-      spdlog::error("scan {}: {}", id, done.error().message());
-      log_failure(server_->publish_failure(id, done.error().message()));
-      return;
-    }
-    spdlog::info("scan {}: avatar is ready", id);
-    log_failure(server_->publish_result(id));
-  }
-
-  Result<void> reconstruct(const std::string& id) {
-    const Bundle bundle = store_.bundle(id);
-    const Result<Scan> scan = read_scan(bundle);
-    if (!scan) return tl::unexpected(scan.error());
-    const Result<PipelineOptions> options = pipeline_options(flags_, scan->height_mm);
-    if (!options) return tl::unexpected(options.error());
-    const auto progress = [&](const std::string& stage, double fraction, std::string_view what) {
-      server_->publish_progress(id, stage, fraction, std::string(what));
-    };
-    const auto reports = run_pipeline(orbit_stages(), bundle, *options, progress, cancel_);
-    if (!reports) return tl::unexpected(reports.error());
-    return {};
-  }
-
-  static void log_failure(const Result<void>& result) {
-    if (!result) spdlog::error("{}", result.error().message());
-  }
-
-  Store& store_;
-  PipelineFlags flags_;
-  IngestServer* server_ = nullptr;
-  std::atomic<bool> cancel_{false};
-  std::mutex mutex_;
-  std::condition_variable wakeup_;
-  bool woken_ = false;
-  std::thread thread_;
-};
+std::unique_ptr<Executor> make_executor(const ServeFlags& given) {
+  if (given.executor == "slurm") return std::make_unique<SlurmExecutor>(given.slurm);
+  return std::make_unique<LocalExecutor>();
+}
 
 int serve(const ServeFlags& given) {
   // Signals are waited for below; blocked here so that every thread inherits it.
@@ -124,10 +57,23 @@ int serve(const ServeFlags& given) {
   if (const Result<PipelineOptions> usable = pipeline_options(given.flags, std::nullopt); !usable)
     return report_error(usable.error());
 
-  JobLoop jobs(**store, given.flags);
-  IngestServer server(options, **store, [&](const std::string&) { jobs.wake(); });
+  if (const Result<void> valid = given.runner.check(); !valid) return report_error(valid.error());
+  if (const Result<void> valid = given.slurm.check(); !valid) return report_error(valid.error());
+  const std::unique_ptr<Executor> executor = make_executor(given);
+  std::unique_ptr<Runner> runner;
+  IngestServer server(options, **store, [&](const std::string&) { runner->wake(); });
+  RunnerEvents events;
+  events.progress = [&](const std::string& scan, const std::string& stage, double fraction, const std::string& text) {
+    server.publish_progress(scan, stage, fraction, text);
+  };
+  events.done = [&](const std::string& scan) { return server.publish_result(scan); };
+  events.failed = [&](const std::string& scan, const std::string& reason) {
+    return server.publish_failure(scan, reason);
+  };
+  events.options = [&](const Scan& scan) { return pipeline_options(given.flags, scan.height_mm); };
+  runner = std::make_unique<Runner>(given.runner, **store, *executor, orbit_stages(), events);
   if (const Result<void> started = server.start(); !started) return report_error(started.error());
-  jobs.start(server);
+  runner->start();
   std::printf("%s\n", nlohmann::json{{"endpoint", server.endpoint()}, {"public_key", keys->public_key}}.dump().c_str());
   std::fflush(stdout);
   spdlog::info("serving on {}", server.endpoint());
@@ -135,7 +81,7 @@ int serve(const ServeFlags& given) {
   int signal = 0;
   ::sigwait(&signals, &signal);
   spdlog::info("stopping; scans in work continue with the next start");
-  jobs.stop();
+  runner->stop();
   server.stop();
   return 0;
 }
@@ -153,6 +99,18 @@ void add_serve_verb(CLI::App& app, Verb& run) {
                    "folder with the public keys of the devices let in; default: STORE/devices");
   verb->add_option("--reserve-gib", flags->reserve_gib, "new scans are refused when less is left on the disk, GiB")
       ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  verb->add_option("--scans-at-once", flags->runner.scans_at_once, "scans worked on at the same time")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  verb->add_option("--executor", flags->executor,
+                   "where stages run: local, this machine; slurm, as jobs of the cluster this machine submits to, with "
+                   "the store on a folder that all its nodes share")
+      ->check(CLI::IsMember({"local", "slurm"}))
+      ->capture_default_str();
+  verb->add_option("--slurm-partition", flags->slurm.partition, "partition of those jobs; default: the cluster's");
+  verb->add_option("--slurm-cores", flags->slurm.cores, "cores of a job that can use several")
+      ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   add_pipeline_flags(*verb, flags->flags);
   verb->callback([flags, &run] { run = [flags] { return serve(*flags); }; });

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/bundle/bundle.h"
 #include "offload/orbit.h"
+#include "offload/pipeline/planned_stage.h"
 #include "offload/pipeline/stage_process.h"
 #include "offload/verbs.h"
 
@@ -16,6 +17,7 @@ struct StageFlags {
   std::string bundle;
   std::string worker;        // output folder; set only by the runner
   std::string options_json;  // set only by the runner
+  std::string plan;          // file; set only by the runner, for a job elsewhere
   PipelineFlags flags;
 };
 
@@ -45,6 +47,7 @@ int run_stage(const StageFlags& given) {
                          given.flags.pipeline.seed};
     return run_stage_worker(*stage, std::move(context));
   }
+  if (!given.plan.empty()) return run_planned_stage(stages, given.name, bundle, given.plan);
   const Result<Scan> scan = read_scan(bundle);
   if (!scan) return report_error(scan.error());
   Result<PipelineOptions> options = pipeline_options(given.flags, scan->height_mm);
@@ -55,9 +58,9 @@ int run_stage(const StageFlags& given) {
   options->stage_options = own;
   options->until.clear();
   const Progress bar = terminal_progress(given.name);
-  const std::atomic<bool> never{false};
   const auto reports = run_pipeline(
-      {*stage}, bundle, *options, [&](const std::string&, double f, std::string_view what) { bar(f, what); }, never);
+      {*stage}, bundle, *options, [&](const std::string&, double f, std::string_view what) { bar(f, what); },
+      [] { return Order::go_on; });
   return reports ? 0 : report_error(reports.error());
 }
 
@@ -72,6 +75,7 @@ void add_stage_verb(CLI::App& app, Verb& run) {
   verb->add_option("bundle", flags->bundle, "folder of the scan")->required();
   verb->add_option("--worker", flags->worker)->group("");
   verb->add_option("--options-json", flags->options_json)->group("");
+  verb->add_option("--plan", flags->plan)->group("");
   add_pipeline_flags(*verb, flags->flags);
   verb->callback([flags, &run] { run = [flags] { return run_stage(*flags); }; });
 }

@@ -27,6 +27,16 @@ struct StageContext {
   Progress progress = [](double, std::string_view) {};
 };
 
+// What a stage takes, as measured, for those who decide when and where it runs. It may use more cores than one exactly
+// when `parallel`.
+struct StageEstimate {
+  bool parallel = true;
+  double memory_gib = 1.0;
+  double memory_gib_per_keyframe = 0.0;  // on top of that
+  double core_seconds = 60.0;
+  double core_seconds_per_keyframe = 1.0;
+};
+
 struct Stage {
   std::string name;
   int version = 1;                     // raised when its output changes for equal input
@@ -34,6 +44,7 @@ struct Stage {
   std::vector<std::string> external;   // options that hold paths of files whose content is an input too
   nlohmann::json options;              // every option with its default
   std::vector<std::string> published;  // files of its work folder that are also put into the bundle's root
+  StageEstimate estimate;
   std::function<Result<nlohmann::json>(const StageContext&)> run;
 };
 

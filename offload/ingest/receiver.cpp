@@ -103,7 +103,7 @@ fs::path Receiver::part_of(const std::string& scan_id, const std::string& name, 
 Result<wire::ScanState> Receiver::state(const std::string& scan_id) {
   const Result<std::optional<StoredScan>> scan = store_.scan(scan_id);
   if (!scan) return tl::unexpected(scan.error());
-  if (!*scan) return fail("no such scan in the store", scan_id);
+  if (!*scan) return wire::ScanState{scan_id, wire::ScanPhase::refused, "it was deleted on the host", {}};
   std::erase_if(resuming_, [&](const fs::path& part) { return part.parent_path() == store_.incoming(scan_id); });
   wire::ScanState state{scan_id, wire_phase((*scan)->phase), (*scan)->reason, {}};
   if (state.phase != wire::ScanPhase::receiving) return state;

@@ -3,7 +3,9 @@
 
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/sha256.h"
-#include "offload/pipeline/stage_process.h"
+
+#include <spdlog/spdlog.h>
+#include <algorithm>
 
 namespace gyre {
 
@@ -13,6 +15,15 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr std::string_view record_name = "stage.json";
+
+const Stage* find_stage(const std::vector<Stage>& stages, const std::string& name) {
+  const auto found = std::find_if(stages.begin(), stages.end(), [&](const Stage& s) { return s.name == name; });
+  return found == stages.end() ? nullptr : &*found;
+}
+
+Error unknown_stage(const std::string& name) {
+  return wrong_use("no such stage", name, "see `gyre-offload stage --help`").value();
+}
 
 Result<json> options_of(const Stage& stage, const json& given) {
   json options = stage.options.is_null() ? json::object() : stage.options;
@@ -90,16 +101,31 @@ Result<void> install(const fs::path& part, const fs::path& target) {
   return rename_durably(part, target);
 }
 
-Result<StageReport> run_one(const Stage& stage, const Bundle& bundle, const PipelineOptions& pipeline,
-                            const PipelineProgress& progress, const std::atomic<bool>& cancel) {
+PipelineFailure failure_of(const Stage& stage, const Error& error) {
+  PipelineFailure failure{error};
+  failure.stage = stage.name;
+  return failure;
+}
+
+// What it said last, for whoever looks into the bundle. A failure must not fail on that.
+void keep_log(const Bundle& bundle, const PipelineFailure& failure) {
+  if (failure.cause == FailureCause::cancelled) return;
+  const Result<void> kept = write_file(log_of_stage(bundle, failure.stage), failure.log + failure.message() + "\n");
+  if (!kept) spdlog::warn("{}", kept.error().message());
+}
+
+tl::expected<StageReport, PipelineFailure> run_one(const Stage& stage, const Bundle& bundle,
+                                                   const PipelineOptions& pipeline, const PipelineProgress& progress,
+                                                   const Ask& ask, const RunStage& run_stage) {
+  const auto failed = [&](const Error& error) { return tl::unexpected(failure_of(stage, error)); };
   const Result<json> options = options_of(stage, pipeline.stage_options);
-  if (!options) return tl::unexpected(options.error());
+  if (!options) return failed(options.error());
   const Result<json> inputs = hashes_of_inputs(stage, bundle, *options);
-  if (!inputs) return tl::unexpected(inputs.error());
+  if (!inputs) return failed(inputs.error());
 
   const json record = record_of(bundle, stage.name);
   if (is_current(record, stage, *inputs, *options)) {
-    if (Result<void> published = publish(stage, bundle); !published) return tl::unexpected(published.error());
+    if (Result<void> published = publish(stage, bundle); !published) return failed(published.error());
     progress(stage.name, 1.0, "already done");
     return StageReport{stage.name, true, record.value("seconds", 0.0), record.value("cpu_seconds", 0.0),
                        record.value("peak_memory_mib", 0.0)};
@@ -110,7 +136,7 @@ Result<StageReport> run_one(const Stage& stage, const Bundle& bundle, const Pipe
   fs::remove_all(part, error);
   fs::create_directories(part, error);
   if (error)
-    return fail("cannot create", part.string() + " (" + error.message() + ")", "check the space and rights there");
+    return failed({"cannot create", part.string() + " (" + error.message() + ")", "check the space and rights there"});
 
   StageContext context{bundle,
                        part,
@@ -120,9 +146,10 @@ Result<StageReport> run_one(const Stage& stage, const Bundle& bundle, const Pipe
                        pipeline.seed,
                        [&](double fraction, std::string_view what) { progress(stage.name, fraction, what); }};
   progress(stage.name, 0.0, "starting");
-  Result<StageOutcome> outcome = run_stage_process(stage, context, cancel);
+  tl::expected<StageOutcome, PipelineFailure> outcome = run_stage(stage, context, ask);
   if (!outcome) {
     fs::remove_all(part, error);
+    keep_log(bundle, outcome.error());
     return tl::unexpected(outcome.error());
   }
   const StageUsage& usage = outcome->usage;
@@ -138,32 +165,48 @@ Result<StageReport> run_one(const Stage& stage, const Bundle& bundle, const Pipe
   Result<void> done = write_file(part / record_name, finished.dump(2) + "\n");
   if (done) done = install(part, bundle.work(stage.name));
   if (done) done = publish(stage, bundle);
-  if (!done) return tl::unexpected(done.error());
+  if (!done) return failed(done.error());
+  fs::remove(log_of_stage(bundle, stage.name), error);
   progress(stage.name, 1.0, "done");
   return StageReport{stage.name, false, usage.seconds, usage.cpu_seconds, usage.peak_memory_mib};
 }
 
 }  // namespace
 
-Result<std::vector<StageReport>> run_pipeline(const std::vector<Stage>& stages, const Bundle& bundle,
-                                              const PipelineOptions& options, const PipelineProgress& progress,
-                                              const std::atomic<bool>& cancel) {
-  const auto known = [&](const std::string& name) {
-    return std::any_of(stages.begin(), stages.end(), [&](const Stage& s) { return s.name == name; });
-  };
-  if (!options.until.empty() && !known(options.until))
-    return wrong_use("no such stage", options.until, "see `gyre-offload stage --help`");
-  for (const auto& [name, value] : options.stage_options.items()) {
-    if (!known(name)) return wrong_use("no such stage", name, "see `gyre-offload stage --help`");
-  }
+tl::expected<std::vector<StageReport>, PipelineFailure> run_pipeline(const std::vector<Stage>& stages,
+                                                                     const Bundle& bundle,
+                                                                     const PipelineOptions& options,
+                                                                     const PipelineProgress& progress, const Ask& ask,
+                                                                     const RunStage& run_stage) {
+  if (!options.until.empty() && !find_stage(stages, options.until))
+    return tl::unexpected(PipelineFailure{unknown_stage(options.until)});
+  if (const Result<void> known = check_stage_options(stages, options.stage_options); !known)
+    return tl::unexpected(PipelineFailure{known.error()});
   std::vector<StageReport> reports;
   for (const Stage& stage : stages) {
-    Result<StageReport> report = run_one(stage, bundle, options, progress, cancel);
+    tl::expected<StageReport, PipelineFailure> report = run_one(stage, bundle, options, progress, ask, run_stage);
     if (!report) return tl::unexpected(report.error());
     reports.push_back(std::move(*report));
     if (stage.name == options.until) break;
   }
   return reports;
+}
+
+Result<void> check_stage_options(const std::vector<Stage>& stages, const json& stage_options) {
+  if (stage_options.is_null()) return {};
+  if (!stage_options.is_object()) return wrong_use("options of stages are not an object", stage_options.dump());
+  for (const auto& [name, value] : stage_options.items()) {
+    const Stage* stage = find_stage(stages, name);
+    if (!stage) return tl::unexpected(unknown_stage(name));
+    if (!value.is_object()) return wrong_use("options of a stage are not an object", name);
+    if (const Result<json> options = options_of(*stage, stage_options); !options)
+      return tl::unexpected(options.error());
+  }
+  return {};
+}
+
+fs::path log_of_stage(const Bundle& bundle, const std::string& stage) {
+  return bundle.root() / "work" / (stage + ".log");
 }
 
 }  // namespace gyre

@@ -4,8 +4,8 @@
 
 #include "common/bundle/stage.h"
 #include "common/result/result.h"
+#include "offload/pipeline/stage_process.h"
 
-#include <atomic>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -32,12 +32,24 @@ struct StageReport {
 // Name of the running stage, its own fraction, what it does.
 using PipelineProgress = std::function<void(const std::string& stage, double fraction, std::string_view what)>;
 
+// Carries out one stage; run_stage_process, or that with a wait before it.
+using RunStage = std::function<tl::expected<StageOutcome, PipelineFailure>(
+    const Stage& stage, const StageContext& context, const Ask& ask)>;
+
 // A stage's stage.json says: stage, version, inputs (path -> SHA-256), options, seconds, cpu_seconds, peak_memory_mib,
 // software, result. The work folder appears by rename when the stage has succeeded, so an interrupted run leaves
-// finished stages only. Errors: an unknown stage in `until` or `stage_options`, an unknown option, or the failing
-// stage's own.
-Result<std::vector<StageReport>> run_pipeline(const std::vector<Stage>& stages, const Bundle& bundle,
-                                              const PipelineOptions& options, const PipelineProgress& progress,
-                                              const std::atomic<bool>& cancel);
+// finished stages only; one that fails leaves the last of its messages in work/<stage>.log. Errors: an unknown stage in
+// `until` or `stage_options`, an unknown option, or the failing stage's own.
+tl::expected<std::vector<StageReport>, PipelineFailure> run_pipeline(const std::vector<Stage>& stages,
+                                                                     const Bundle& bundle,
+                                                                     const PipelineOptions& options,
+                                                                     const PipelineProgress& progress, const Ask& ask,
+                                                                     const RunStage& run_stage = run_stage_process);
+
+// What run_pipeline would refuse of `stage_options` before it starts: unknown stages and options.
+Result<void> check_stage_options(const std::vector<Stage>& stages, const nlohmann::json& stage_options);
+
+// Where a failing stage leaves its last messages.
+std::filesystem::path log_of_stage(const Bundle& bundle, const std::string& stage);
 
 }  // namespace gyre

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/pipeline/stage_process.h"
 
-#include <fcntl.h>
+#include "offload/pipeline/child_pipe.h"
+
 #include <poll.h>
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
@@ -10,7 +11,9 @@
 #include <unistd.h>
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstring>
+#include <optional>
 
 namespace gyre {
 
@@ -26,6 +29,7 @@ double seconds_of(const timeval& t) {
 struct Conversation {
   json result;
   std::optional<Error> error;
+  bool memory = false;  // the error is a lack of memory
 
   void hear(const std::string& line, const Progress& progress) {
     const json said = json::parse(line, nullptr, false);
@@ -36,9 +40,58 @@ struct Conversation {
       const json& e = said["error"];
       error = Error{e.value("what", ""), e.value("where", ""), e.value("remedy", ""),
                     e.value("usage", false) ? Error::Kind::usage : Error::Kind::failed};
+      memory = said.value("memory", false);
     }
   }
 };
+
+// Hands on what the worker writes to stderr and keeps the last of it.
+struct StandardError {
+  static constexpr std::size_t kept_bytes = 64 << 10;
+  std::string kept;
+
+  void hear(const std::string& text) {
+    static_cast<void>(std::fwrite(text.data(), 1, text.size(), stderr));
+    kept += text;
+    if (kept.size() > 2 * kept_bytes) kept.erase(0, kept.size() - kept_bytes);
+  }
+};
+
+tl::unexpected<PipelineFailure> cannot_start(const Stage& stage) {
+  PipelineFailure failure{
+      {"cannot start the stage", stage.name + " (" + std::strerror(errno) + ")", "free some memory and try again"}};
+  failure.cause = FailureCause::lost;
+  failure.stage = stage.name;
+  return tl::unexpected(failure);
+}
+
+// How the process ended, when that was not well.
+std::optional<PipelineFailure> verdict(const Stage& stage, int status, const Conversation& said, bool cancelled) {
+  PipelineFailure failure;
+  failure.stage = stage.name;
+  const auto ended = [&](std::string what, std::string remedy, FailureCause cause) {
+    static_cast<Error&>(failure) = Error{std::move(what), stage.name, std::move(remedy), Error::Kind::failed};
+    failure.cause = cause;
+    return failure;
+  };
+  if (cancelled) return ended("cancelled", "", FailureCause::cancelled);
+  if (said.error) {
+    static_cast<Error&>(failure) = *said.error;
+    failure.cause = said.memory ? FailureCause::memory : FailureCause::stage;
+    return failure;
+  }
+  if (WIFSIGNALED(status)) {
+    const int signal = WTERMSIG(status);
+    const bool killed = signal == SIGKILL;
+    return ended("the stage was ended by signal " + std::string(::strsignal(signal)),
+                 killed ? "it may have run out of memory: lower --memory-gib or the number of keyframes"
+                        : "its messages are in the log",
+                 killed ? FailureCause::memory : FailureCause::crash);
+  }
+  if (WEXITSTATUS(status) == 0) return std::nullopt;
+  return ended("the stage ended with code " + std::to_string(WEXITSTATUS(status)), "its messages are in the log",
+               FailureCause::crash);
+}
 
 std::vector<std::string> worker_command(const Stage& stage, const StageContext& context) {
   // This very executable, also when the file has been replaced by an update since.
@@ -54,17 +107,17 @@ std::vector<std::string> worker_command(const Stage& stage, const StageContext& 
 
 }  // namespace
 
-Result<StageOutcome> run_stage_process(const Stage& stage, const StageContext& context,
-                                       const std::atomic<bool>& cancel) {
+tl::expected<StageOutcome, PipelineFailure> run_stage_process(const Stage& stage, const StageContext& context,
+                                                              const Ask& ask) {
   std::vector<std::string> words = worker_command(stage, context);
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
 
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0)
-    return fail("cannot start the stage", stage.name + " (" + std::strerror(errno) + ")");
+  ChildPipe out;
+  ChildPipe err;
+  if (!out.open() || !err.open()) return cannot_start(stage);
   const auto start = std::chrono::steady_clock::now();
   const pid_t parent = ::getpid();
   const pid_t child = ::fork();
@@ -72,57 +125,47 @@ Result<StageOutcome> run_stage_process(const Stage& stage, const StageContext& c
     // Only async-signal-safe calls between fork and exec.
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent) ::_exit(1);
-    ::dup2(ends[1], STDOUT_FILENO);
+    ::dup2(out.writing(), STDOUT_FILENO);
+    ::dup2(err.writing(), STDERR_FILENO);
     ::execv(arguments[0], arguments.data());
     ::_exit(127);
   }
-  ::close(ends[1]);
-  if (child < 0) {
-    ::close(ends[0]);
-    return fail("cannot start the stage", stage.name + " (" + std::strerror(errno) + ")",
-                "free some memory and try again");
-  }
+  if (child < 0) return cannot_start(stage);
+  out.close_writing();
+  err.close_writing();
 
   Conversation conversation;
+  StandardError messages;
   std::string pending;
   bool cancelled = false;
-  for (bool open = true; open;) {
-    if (cancel && !cancelled) {
+  while (out.reading() >= 0 || err.reading() >= 0) {
+    if (!cancelled && ask() != Order::go_on) {
       cancelled = true;
       ::kill(child, SIGKILL);
     }
-    pollfd waiting{ends[0], POLLIN, 0};
+    std::array<pollfd, 2> waiting = {{{out.reading(), POLLIN, 0}, {err.reading(), POLLIN, 0}}};
     constexpr int look_for_cancel_ms = 200;
-    const int ready = ::poll(&waiting, 1, look_for_cancel_ms);
-    if (ready <= 0) continue;
-    std::array<char, 4096> block{};
-    const ssize_t got = ::read(ends[0], block.data(), block.size());
-    if (got < 0 && errno == EINTR) continue;
-    open = got > 0;
-    if (open) pending.append(block.data(), static_cast<std::size_t>(got));
+    if (::poll(waiting.data(), waiting.size(), look_for_cancel_ms) <= 0) continue;
+    if (waiting[0].revents != 0) out.read_into(pending);
+    if (waiting[1].revents != 0) {
+      std::string text;
+      err.read_into(text);
+      messages.hear(text);
+    }
     for (std::size_t end = pending.find('\n'); end != std::string::npos; end = pending.find('\n')) {
       conversation.hear(pending.substr(0, end), context.progress);
       pending.erase(0, end + 1);
     }
   }
-  ::close(ends[0]);
 
   int status = 0;
   rusage usage{};
   while (::wait4(child, &status, 0, &usage) < 0 && errno == EINTR) {
   }
-  if (cancelled) return fail("cancelled", stage.name);
-  if (conversation.error) return tl::unexpected(*conversation.error);
-  if (WIFSIGNALED(status)) {
-    const int signal = WTERMSIG(status);
-    return fail("the stage was ended by signal " + std::string(::strsignal(signal)), stage.name,
-                signal == SIGKILL ? "it may have run out of memory: lower --memory-gib or the number of keyframes"
-                                  : "its messages are in the log");
+  if (std::optional<PipelineFailure> failure = verdict(stage, status, conversation, cancelled)) {
+    failure->log = std::move(messages.kept);
+    return tl::unexpected(std::move(*failure));
   }
-  if (WEXITSTATUS(status) != 0)
-    return fail("the stage ended with code " + std::to_string(WEXITSTATUS(status)), stage.name,
-                "its messages are in the log");
-
   StageOutcome outcome;
   outcome.result = std::move(conversation.result);
   outcome.usage.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -144,16 +187,19 @@ int run_stage_worker(const Stage& stage, StageContext context) {
   };
   context.progress = [&](double fraction, std::string_view what) { say({{"fraction", fraction}, {"what", what}}); };
   Result<json> result = fail("the stage failed", stage.name);
+  bool memory = false;
   try {
     result = stage.run(context);
   } catch (const std::bad_alloc&) {
+    memory = true;
     result = fail("out of memory", stage.name, "lower --memory-gib or the number of keyframes");
   } catch (const std::exception& e) {
     result = fail("the stage failed unexpectedly", stage.name + " (" + e.what() + ")");
   }
   if (!result) {
     const Error& e = result.error();
-    say({{"error",
+    say({{"memory", memory},
+         {"error",
           {{"what", e.what}, {"where", e.where}, {"remedy", e.remedy}, {"usage", e.kind == Error::Kind::usage}}}});
     return e.exit_code();
   }

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "common/bundle/stage.h"
-#include "common/result/result.h"
+#include "offload/pipeline/failure.h"
+#include "offload/pipeline/order.h"
 
-#include <atomic>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -24,10 +24,10 @@ struct StageOutcome {
 };
 
 // Runs `gyre-offload stage NAME BUNDLE --worker ...` of this same executable and waits for it. `out` is the folder it
-// writes to. Errors: the stage's own, or how the process ended. When `cancel` becomes true the process is killed.
-// The process is killed too when this one dies.
-Result<StageOutcome> run_stage_process(const Stage& stage, const StageContext& context,
-                                       const std::atomic<bool>& cancel);
+// writes to. Errors: the stage's own, or how the process ended, with the last of what it said on stderr. When the order
+// is to end, the process is killed. The process is killed too when this one dies.
+tl::expected<StageOutcome, PipelineFailure> run_stage_process(const Stage& stage, const StageContext& context,
+                                                              const Ask& ask);
 
 // The other side: runs `stage` in this process and speaks to the parent on stdout, one JSON object a line.
 // Returns the exit code.

@@ -46,6 +46,12 @@ std::optional<StorePhase> next_phase(StorePhase from, ScanEvent event) {
 std::string_view name_of(StorePhase phase) {
   return phase_names[static_cast<std::size_t>(phase)];
 }
+StorePhase phase_named(std::string_view name) {
+  for (std::size_t i = 0; i < phase_names.size(); ++i) {
+    if (phase_names[i] == name) return static_cast<StorePhase>(i);
+  }
+  return StorePhase::receiving;
+}
 std::string_view name_of(ScanEvent event) {
   return event_names[static_cast<std::size_t>(event)];
 }

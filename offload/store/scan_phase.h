@@ -34,6 +34,8 @@ std::span<const ScanTransition> scan_transitions();
 std::optional<StorePhase> next_phase(StorePhase from, ScanEvent event);
 
 std::string_view name_of(StorePhase phase);
+// The phase of that name; `receiving` when there is none.
+StorePhase phase_named(std::string_view name);
 std::string_view name_of(ScanEvent event);
 
 }  // namespace gyre

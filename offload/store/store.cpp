@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Step n brings a catalogue of version n to version n + 1 (PRAGMA user_version).
-constexpr std::array<const char*, 2> migrations = {R"(
+constexpr std::array<const char*, 3> migrations = {R"(
 CREATE TABLE scans (
   id TEXT PRIMARY KEY,
   device_key TEXT NOT NULL,
@@ -48,23 +48,25 @@ CREATE TABLE deleted (
   scan TEXT PRIMARY KEY,
   at TEXT NOT NULL
 ) STRICT;
+)",
+                                                   R"(
+ALTER TABLE jobs ADD COLUMN options TEXT NOT NULL DEFAULT '{}';
+ALTER TABLE jobs ADD COLUMN tries INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN not_before INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN lease INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN lease_until INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE scans ADD COLUMN delivered_at INTEGER NOT NULL DEFAULT 0;
+UPDATE scans SET delivered_at = 1000 * CAST(strftime('%s', 'now') AS INTEGER) WHERE delivered <> 0;
 )"};
 
 constexpr const char* select_scan =
-    "SELECT id, device_key, device_name, created, COALESCE(phase, 'receiving'), COALESCE(reason, ''), delivered "
-    "FROM scans LEFT JOIN jobs ON jobs.scan = scans.id ";
-
-StorePhase phase_named(std::string_view name) {
-  auto phase = StorePhase::receiving;
-  for (const StorePhase known : {StorePhase::queued, StorePhase::running, StorePhase::done, StorePhase::failed}) {
-    if (name_of(known) == name) phase = known;
-  }
-  return phase;
-}
+    "SELECT id, device_key, device_name, created, COALESCE(phase, 'receiving'), COALESCE(reason, ''), delivered, "
+    "delivered_at FROM scans LEFT JOIN jobs ON jobs.scan = scans.id ";
 
 StoredScan scan_of(const Statement& row) {
-  StoredScan scan{row.text(0),           row.text(1), row.text(2),       row.text(3),
-                  StorePhase::receiving, row.text(5), row.number(6) != 0};
+  StoredScan scan{
+      row.text(0),           row.text(1), row.text(2),        row.text(3),
+      StorePhase::receiving, row.text(5), row.number(6) != 0, WallTime(std::chrono::milliseconds(row.number(7)))};
   scan.phase = phase_named(row.text(4));
   return scan;
 }
@@ -114,7 +116,8 @@ Result<std::unique_ptr<Store>> Store::open(const fs::path& folder) {
   auto database = std::make_unique<Database>(std::move(*opened));
   if (Result<void> good = check_integrity(*database, file); !good) return tl::unexpected(good.error());
   if (Result<void> done = migrate(*database, file); !done) return tl::unexpected(done.error());
-  const Result<void> queued = run(*database, "UPDATE jobs SET phase = 'queued' WHERE phase = 'running'");
+  const Result<void> queued =
+      run(*database, "UPDATE jobs SET phase = 'queued', lease_until = 0 WHERE phase = 'running'");
   if (!queued) return tl::unexpected(queued.error());
   std::unique_ptr<Store> store(new Store(folder, std::move(*lock), std::move(database)));
   if (Result<void> done = store->finish_deletions(); !done) return tl::unexpected(done.error());
@@ -212,79 +215,16 @@ Result<std::optional<StoredFile>> Store::file(const std::string& scan_id, const 
   return StoredFile{statement->text(0), static_cast<std::uint64_t>(statement->number(1)), statement->text(2)};
 }
 
-// The phase the event leads to from where the scan is now. The mutex is held.
-Result<StorePhase> Store::step(const std::string& scan_id, ScanEvent event) const {
-  const auto now = first(*database_,
-                         "SELECT COALESCE(phase, 'receiving') FROM scans LEFT JOIN jobs ON jobs.scan = scans.id "
-                         "WHERE id = ?",
-                         std::string_view(scan_id));
-  if (!now) return tl::unexpected(now.error());
-  if (!*now) return fail("no such scan in the store", scan_id);
-  const std::optional<StorePhase> next = next_phase(phase_named(**now), event);
-  if (next) return *next;
-  return fail("the scan is " + **now + " and cannot be " + std::string(name_of(event)), scan_id);
-}
-
-Result<void> Store::queue_job(const std::string& scan_id) {
-  const std::lock_guard guard(mutex_);
-  const Result<StorePhase> next = step(scan_id, ScanEvent::completed);
-  if (!next) return tl::unexpected(next.error());
-  if (*next != StorePhase::queued) return {};
-  return run(*database_, "INSERT INTO jobs (scan, phase) VALUES (?, 'queued') ON CONFLICT DO NOTHING",
-             std::string_view(scan_id));
-}
-
-Result<void> Store::retry_job(const std::string& scan_id) {
-  const std::lock_guard guard(mutex_);
-  if (const Result<StorePhase> next = step(scan_id, ScanEvent::retried); !next) return tl::unexpected(next.error());
-  return run(*database_, "UPDATE jobs SET phase = 'queued', reason = '' WHERE scan = ?", std::string_view(scan_id));
-}
-
-Result<std::optional<std::string>> Store::take_job() {
-  const std::lock_guard guard(mutex_);
-  return first(*database_,
-               "UPDATE jobs SET phase = 'running' WHERE scan = (SELECT MIN(scan) FROM jobs WHERE phase = 'queued') "
-               "RETURNING scan");
-}
-
-Result<void> Store::finish_job(const std::string& scan_id, const std::vector<StoredFile>& results) {
-  const std::lock_guard guard(mutex_);
-  if (const Result<StorePhase> next = step(scan_id, ScanEvent::finished); !next) return tl::unexpected(next.error());
-  Database::Transaction transaction(*database_);
-  if (Result<void> done = transaction.begin(); !done) return done;
-  const std::string_view id = scan_id;
-  if (Result<void> done = run(*database_, "DELETE FROM results WHERE scan = ?", id); !done) return done;
-  for (const StoredFile& file : results) {
-    const Result<void> added =
-        add_entry("INSERT INTO results (scan, name, size, sha256) VALUES (?, ?, ?, ?)", scan_id, file);
-    if (!added) return added;
-  }
-  const Result<void> set = run(*database_, "UPDATE jobs SET phase = 'done', reason = '' WHERE scan = ?", id);
-  if (!set) return set;
-  if (Result<void> done = run(*database_, "UPDATE scans SET delivered = 0 WHERE id = ?", id); !done) return done;
-  return transaction.commit();
-}
-
-Result<void> Store::fail_job(const std::string& scan_id, const std::string& reason) {
-  const std::lock_guard guard(mutex_);
-  if (!step(scan_id, ScanEvent::unusable)) {
-    if (const Result<StorePhase> next = step(scan_id, ScanEvent::failed); !next) return tl::unexpected(next.error());
-  }
-  return run(*database_,
-             "INSERT INTO jobs (scan, phase, reason) VALUES (?, 'failed', ?) "
-             "ON CONFLICT DO UPDATE SET phase = 'failed', reason = excluded.reason",
-             std::string_view(scan_id), std::string_view(reason));
-}
-
 Result<std::vector<StoredFile>> Store::results(const std::string& scan_id) const {
   const std::lock_guard guard(mutex_);
   return entries("SELECT name, size, sha256 FROM results WHERE scan = ? ORDER BY name", scan_id);
 }
 
-Result<void> Store::set_delivered(const std::string& scan_id) {
+Result<void> Store::set_delivered(const std::string& scan_id, WallTime now) {
   const std::lock_guard guard(mutex_);
   if (const Result<StorePhase> next = step(scan_id, ScanEvent::delivered); !next) return tl::unexpected(next.error());
-  return run(*database_, "UPDATE scans SET delivered = 1 WHERE id = ?", std::string_view(scan_id));
+  return run(*database_, "UPDATE scans SET delivered = 1, delivered_at = ? WHERE id = ?",
+             static_cast<std::int64_t>(now.time_since_epoch().count()), std::string_view(scan_id));
 }
 
 }  // namespace gyre

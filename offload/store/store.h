@@ -7,6 +7,7 @@
 #include "common/result/result.h"
 #include "offload/store/scan_phase.h"
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -19,6 +20,12 @@
 namespace gyre {
 
 class Database;
+
+using WallTime = std::chrono::sys_time<std::chrono::milliseconds>;
+
+inline WallTime wall_time_now() {
+  return std::chrono::time_point_cast<std::chrono::milliseconds>(std::chrono::system_clock::now());
+}
 
 struct StoredFile {
   std::string name;  // relative to the bundle
@@ -34,6 +41,17 @@ struct StoredScan {
   StorePhase phase = StorePhase::receiving;
   std::string reason;      // why the job failed
   bool delivered = false;  // the device has all results
+  WallTime delivered_at{};
+};
+
+struct StoredJob {
+  std::string scan;
+  StorePhase phase = StorePhase::queued;
+  std::string reason;   // of its last failure
+  std::string options;  // of stages, a JSON object; what somebody asked for when it was run again
+  int tries = 0;        // times it was taken since it was queued or asked for again
+  WallTime not_before{};
+  std::int64_t lease = 0;  // tells the holder of the job from those before
 };
 
 // What is left of a scan that was deleted: what it was made of, and nothing of what that showed.
@@ -42,6 +60,14 @@ struct DeletionReceipt {
   std::string at;  // ISO 8601, UTC
   std::string device_name;
   std::vector<StoredFile> files;  // all that were removed, derived ones included; relative to the store
+};
+
+// What may be deleted without being asked for. Nothing set: nothing.
+struct RetentionPolicy {
+  std::optional<std::chrono::hours> longest;  // since its results were delivered
+  std::optional<std::size_t> most;            // delivered scans kept, the newest
+
+  bool keeps_everything() const { return !longest && !most; }
 };
 
 // <folder>/catalogue.sqlite, <folder>/scans/<scan-id>/ (bundles), <folder>/incoming/<scan-id>/ (files half received).
@@ -74,15 +100,26 @@ class Store {
 
   // The bundle is complete: its job is queued. A scan that has a job keeps it.
   Result<void> queue_job(const std::string& scan_id);
-  // The oldest queued job, now running; nothing when there is none.
-  Result<std::optional<std::string>> take_job();
+  // The oldest queued job that is due, of the device with the fewest in work; it runs until now + lease, or as long as
+  // the lease is renewed. None of the scans in `except`. Nothing when there is none.
+  Result<std::optional<StoredJob>> take_job(WallTime now = wall_time_now(),
+                                            std::chrono::milliseconds lease = std::chrono::minutes(1),
+                                            const std::vector<std::string>& except = {});
+  // False: the job was taken away meanwhile.
+  Result<bool> renew_lease(const std::string& scan_id, std::int64_t lease, WallTime until);
+  // Queues the jobs again whose lease was not renewed in time, and names them.
+  Result<std::vector<std::string>> take_back_lapsed(WallTime now);
+  // A running job is queued again, to be tried once more from then on.
+  Result<void> put_back_job(const std::string& scan_id, const std::string& reason, WallTime not_before);
+  Result<std::vector<StoredJob>> jobs() const;  // of all scans, oldest first
   Result<void> finish_job(const std::string& scan_id, const std::vector<StoredFile>& results);
   // Of a scan that is still received: its files are no usable bundle. Else: its job failed or was cancelled.
   Result<void> fail_job(const std::string& scan_id, const std::string& reason);
-  // A job that is done or failed is queued again; its results stay until it has others.
-  Result<void> retry_job(const std::string& scan_id);
+  // A job that is done or failed is queued again with those options of stages (a JSON object); its results stay until
+  // it has others.
+  Result<void> retry_job(const std::string& scan_id, const std::string& options = "{}");
   Result<std::vector<StoredFile>> results(const std::string& scan_id) const;  // by name
-  Result<void> set_delivered(const std::string& scan_id);
+  Result<void> set_delivered(const std::string& scan_id, WallTime now = wall_time_now());
 
   // What is wrong with a scan: files and results that are missing or differ from their hash, one sentence each.
   Result<std::vector<std::string>> verify(const std::string& scan_id) const;
@@ -91,6 +128,15 @@ class Store {
   // deleted, so that its device does not bring it back. A crash in between is made good when the store is opened.
   // Error: its job is running.
   Result<DeletionReceipt> delete_scan(const std::string& scan_id);
+  // Writes everything of a scan into one tar file. Error: its job is running.
+  Result<void> export_scan(const std::string& scan_id, const std::filesystem::path& tar) const;
+  // Takes a scan in from such a file, also one that was deleted here, and returns its id. Errors: the tar is not a
+  // whole scan, or the store has it.
+  Result<std::string> import_scan(const std::filesystem::path& tar);
+
+  // Scans that the policy lets go, oldest first: of those only whose results are with their device.
+  Result<std::vector<std::string>> expired(const RetentionPolicy& policy, WallTime now) const;
+
   // When the scan was deleted, or nothing.
   Result<std::optional<std::string>> deleted_at(const std::string& scan_id) const;
 

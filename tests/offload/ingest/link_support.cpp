@@ -52,11 +52,11 @@ std::vector<std::string> TestHost::queued() const {
 }
 
 void TestHost::run_jobs() {
-  while (const std::optional<std::string> scan = store_->take_job().value()) {
-    const Bundle bundle = store_->bundle(*scan);
+  while (const std::optional<StoredJob> job = store_->take_job().value()) {
+    const Bundle bundle = store_->bundle(job->scan);
     ASSERT_TRUE(write_file(bundle.root() / "avatar.glb", avatar_of(bundle)));
     ASSERT_TRUE(write_file(bundle.root() / "report.json", std::string_view("{}")));
-    ASSERT_TRUE(server_->publish_result(*scan));
+    ASSERT_TRUE(server_->publish_result(job->scan));
   }
 }
 

@@ -1,47 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/pipeline/pipeline.h"
 #include "common/bundle/atomic_file.h"
-#include "offload/pipeline/stage_process.h"
+#include "tests/offload/pipeline/text_stages.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
-#include <csignal>
 
 namespace gyre {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-// A pipeline of two stages over text files: `double` writes its input twice, `shout` appends exclamation marks.
-std::vector<Stage> text_stages() {
-  Stage doubled;
-  doubled.name = "double";
-  doubled.inputs = {"scan.json"};
-  doubled.run = [](const StageContext& c) -> Result<json> {
-    const std::string text = *read_file(c.bundle.scan_file());
-    if (text == "crash") ::raise(SIGSEGV);
-    if (text == "throw") throw std::runtime_error("thrown text");
-    if (text == "refuse") return wrong_use("refused text", "scan.json", "write something else");
-    if (text == "forever") ::pause();
-    c.progress(0.5, "half way");
-    if (Result<void> w = write_file(c.out / "text", text + text); !w) return tl::unexpected(w.error());
-    return json{{"length", 2 * text.size()}};
-  };
-  Stage shout;
-  shout.name = "shout";
-  shout.inputs = {"work/double"};
-  shout.external = {"extra"};
-  shout.options = {{"marks", 1}, {"extra", ""}};
-  shout.published = {"avatar.glb"};
-  shout.run = [](const StageContext& c) -> Result<json> {
-    const std::string text =
-        *read_file(c.bundle.work("double") / "text") + std::string(c.options.at("marks").get<std::size_t>(), '!');
-    if (Result<void> w = write_file(c.out / "avatar.glb", text); !w) return tl::unexpected(w.error());
-    return json::object();
-  };
-  return {doubled, shout};
-}
 
 class PipelineTest : public testing::Test {
  protected:
@@ -54,13 +23,13 @@ class PipelineTest : public testing::Test {
   void TearDown() override { fs::remove_all(root_); }
 
   void set_text(const std::string& text) { ASSERT_TRUE(write_file(root_ / "scan.json", text)); }
-  Result<std::vector<StageReport>> run(const PipelineOptions& options = {}) {
+  tl::expected<std::vector<StageReport>, PipelineFailure> run(const PipelineOptions& options = {}) {
     return run_pipeline(
         text_stages(), Bundle(root_), options,
         [&](const std::string& stage, double f, std::string_view what) {
           said_ += stage + " " + std::to_string(f) + " " + std::string(what) + "\n";
         },
-        cancel_);
+        [this] { return order_; });
   }
   std::string avatar() const { return read_file(root_ / "avatar.glb").value_or("none"); }
   static std::vector<bool> resumed(const std::vector<StageReport>& reports) {
@@ -71,7 +40,7 @@ class PipelineTest : public testing::Test {
 
   fs::path root_;
   std::string said_;
-  std::atomic<bool> cancel_{false};
+  Order order_ = Order::go_on;
 };
 
 TEST_F(PipelineTest, RunsAllStagesAndPublishes) {
@@ -144,10 +113,29 @@ TEST_F(PipelineTest, FailuresOfAStageComeBackWhole) {
   EXPECT_FALSE(fs::exists(root_ / "work/double"));
 }
 
+TEST_F(PipelineTest, ACrashLeavesTheLastWordsInTheBundleUntilTheStageSucceeds) {
+  set_text("crash");
+  const auto failed = run();
+  EXPECT_EQ(failed.error().cause, FailureCause::crash);
+  EXPECT_EQ(failed.error().stage, "double");
+  EXPECT_NE(failed.error().log.find("the last words"), std::string::npos);
+  const std::string log = read_file(root_ / "work/double.log").value();
+  EXPECT_NE(log.find("the last words"), std::string::npos);
+  EXPECT_NE(log.find("signal"), std::string::npos);
+  set_text("memory");
+  EXPECT_EQ(run().error().cause, FailureCause::memory);
+  set_text("refuse");
+  EXPECT_EQ(run().error().cause, FailureCause::stage);
+  set_text("ab");
+  ASSERT_TRUE(run());
+  EXPECT_FALSE(fs::exists(root_ / "work/double.log"));
+}
+
 TEST_F(PipelineTest, CancelKillsTheStage) {
   set_text("forever");
-  cancel_ = true;
-  EXPECT_EQ(run().error().what, "cancelled");
+  order_ = Order::cancel;
+  EXPECT_EQ(run().error().cause, FailureCause::cancelled);
+  EXPECT_FALSE(fs::exists(root_ / "work/double.log"));
 }
 
 // Whatever half-written folder a killed run left behind, the next run ends with the same avatar.
@@ -162,17 +150,3 @@ TEST_F(PipelineTest, LeftoversOfAKilledRunDoNotMatter) {
 
 }  // namespace
 }  // namespace gyre
-
-// The runner starts this same executable as a stage's worker.
-int main(int argc, char** argv) {
-  if (argc > 6 && std::string(argv[1]) == "stage") {
-    for (const gyre::Stage& stage : gyre::text_stages()) {
-      if (stage.name != argv[2]) continue;
-      gyre::StageContext context{gyre::Bundle(argv[3]), argv[5], nlohmann::json::parse(argv[7])};
-      return gyre::run_stage_worker(stage, std::move(context));
-    }
-    return 2;
-  }
-  testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

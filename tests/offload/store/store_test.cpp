@@ -27,6 +27,11 @@ StorePhase phase(const Store& store, const std::string& id) {
   return store.scan(id).value()->phase;
 }
 
+std::optional<std::string> taken(Store& store) {
+  const std::optional<StoredJob> job = store.take_job().value();
+  return job ? std::optional(job->scan) : std::nullopt;
+}
+
 void execute(const fs::path& file, const char* sql) {
   sqlite3* connection = nullptr;
   ASSERT_EQ(sqlite3_open(file.c_str(), &connection), SQLITE_OK);
@@ -55,14 +60,14 @@ TEST(Store, KeepsAScanThroughAllItsPhases) {
   EXPECT_FALSE(store->take_job().value());
   ASSERT_TRUE(store->queue_job(scan.id));
   EXPECT_EQ(phase(*store, scan.id), StorePhase::queued);
-  EXPECT_EQ(store->take_job().value(), scan.id);
+  EXPECT_EQ(taken(*store), scan.id);
   EXPECT_EQ(phase(*store, scan.id), StorePhase::running);
   EXPECT_FALSE(store->take_job().value());
 
   store.reset();
   store = open_store(folder.path());  // the host went down while the job ran
   EXPECT_EQ(phase(*store, scan.id), StorePhase::queued);
-  EXPECT_EQ(store->take_job().value(), scan.id);
+  EXPECT_EQ(taken(*store), scan.id);
   ASSERT_TRUE(store->finish_job(scan.id, {{"avatar.glb", 3, hash}, {"report.json", 4, hash}}));
   EXPECT_EQ(phase(*store, scan.id), StorePhase::done);
   EXPECT_EQ(store->results(scan.id)->at(1).name, "report.json");
@@ -83,7 +88,7 @@ std::string scan_in(Store& store, StorePhase phase) {
   if (phase == StorePhase::receiving) return scan.id;
   EXPECT_TRUE(store.queue_job(scan.id));
   if (phase == StorePhase::queued) return scan.id;
-  EXPECT_EQ(store.take_job().value(), scan.id);
+  EXPECT_EQ(taken(store), scan.id);
   if (phase == StorePhase::done) {
     EXPECT_TRUE(store.finish_job(scan.id, {{"avatar.glb", 3, hash}}));
   } else if (phase == StorePhase::failed) {
@@ -117,7 +122,7 @@ TEST(Store, WalksItsTableAndNothingElse) {
           done = store->fail_job(id, "why").has_value();
           break;
         case ScanEvent::taken:
-          done = store->take_job().value() == id;
+          done = taken(*store) == id;
           break;
         case ScanEvent::interrupted:
           store.reset();
@@ -153,10 +158,67 @@ TEST(Store, AJobThatIsRetriedKeepsItsResultsUntilItHasOthers) {
   ASSERT_TRUE(store->set_delivered(id));
   ASSERT_TRUE(store->retry_job(id));
   EXPECT_EQ(store->results(id)->size(), 1U);
-  EXPECT_EQ(store->take_job().value(), id);
+  EXPECT_EQ(taken(*store), id);
   ASSERT_TRUE(store->finish_job(id, {{"avatar.glb", 4, hash}}));
   EXPECT_EQ(store->results(id)->at(0).size, 4U);
   EXPECT_FALSE(store->scan(id).value()->delivered);  // the device has not seen these
+}
+
+TEST(Store, AJobThatIsPutBackWaitsUntilItIsDue) {
+  const TemporaryFolder folder;
+  const auto store = open_store(folder.path());
+  const std::string id = scan_in(*store, StorePhase::running);
+  const WallTime now = wall_time_now();
+  using std::chrono::seconds;
+  ASSERT_TRUE(store->put_back_job(id, "crashed", now + seconds(10)));
+  EXPECT_EQ(store->jobs()->at(0).reason, "crashed");
+  EXPECT_FALSE(store->take_job(now + seconds(9)).value());
+  EXPECT_EQ(store->take_job(now + seconds(10)).value()->tries, 2);
+  ASSERT_TRUE(store->put_back_job(id, "crashed", now + seconds(10)));
+  EXPECT_TRUE(store->take_job(now - std::chrono::hours(1000)).value());  // the clock was set back
+}
+
+TEST(Store, AJobWhoseRunnerFallsSilentIsTakenBack) {
+  const TemporaryFolder folder;
+  const auto store = open_store(folder.path());
+  const std::string id = scan_in(*store, StorePhase::queued);
+  const WallTime now = wall_time_now();
+  using std::chrono::seconds;
+  const StoredJob job = *store->take_job(now, seconds(10)).value();
+  EXPECT_TRUE(store->take_back_lapsed(now + seconds(10))->empty());
+  EXPECT_TRUE(store->renew_lease(id, job.lease, now + seconds(20)).value());
+  EXPECT_TRUE(store->take_back_lapsed(now + seconds(20))->empty());
+  EXPECT_EQ(store->take_back_lapsed(now + seconds(21)).value(), std::vector{id});
+  EXPECT_FALSE(store->renew_lease(id, job.lease, now + seconds(40)).value());
+  const StoredJob again = *store->take_job(now, seconds(10)).value();
+  EXPECT_FALSE(store->renew_lease(id, job.lease, now + seconds(40)).value());  // another holds it now
+  EXPECT_TRUE(store->renew_lease(id, again.lease, now + seconds(40)).value());
+}
+
+TEST(Store, ADeviceWithManyScansDoesNotKeepAnotherWaiting) {
+  const TemporaryFolder folder;
+  const auto store = open_store(folder.path());
+  std::vector<std::string> ids;
+  for (const char* device : {"many", "many", "many", "few"}) {
+    const Scan scan = small_scan();
+    ids.push_back(scan.id);
+    ASSERT_TRUE(store->open_scan(scan, device, "rig"));
+    ASSERT_TRUE(store->queue_job(scan.id));
+  }
+  static_cast<void>(taken(*store));
+  EXPECT_EQ(taken(*store), ids[3]);
+}
+
+TEST(Store, AJobKeepsTheOptionsItIsRunAgainWith) {
+  const TemporaryFolder folder;
+  auto store = open_store(folder.path());
+  const std::string id = scan_in(*store, StorePhase::failed);
+  ASSERT_TRUE(store->retry_job(id, R"({"cloud":{"voxel_mm":3}})"));
+  store.reset();
+  store = open_store(folder.path());
+  const StoredJob job = *store->take_job().value();
+  EXPECT_EQ(job.options, R"({"cloud":{"voxel_mm":3}})");
+  EXPECT_EQ(job.tries, 1);
 }
 
 TEST(Store, AFailedJobKeepsItsReason) {
@@ -193,19 +255,19 @@ TEST(Store, JobsAreTakenOldestFirstAndByOneTakerEach) {
     ASSERT_TRUE(store->queue_job(scan.id));
   }
   std::sort(ids.begin(), ids.end());
-  EXPECT_EQ(store->take_job().value(), ids.front());
-  std::vector<std::string> taken[2];
+  EXPECT_EQ(taken(*store), ids.front());
+  std::vector<std::string> shares[2];
   {
     std::vector<std::thread> takers;
-    for (auto& mine : taken) {
+    for (auto& mine : shares) {
       takers.emplace_back([&store, &mine] {
-        while (const std::optional<std::string> id = store->take_job().value()) mine.push_back(*id);
+        while (const std::optional<std::string> id = taken(*store)) mine.push_back(*id);
       });
     }
     for (std::thread& taker : takers) taker.join();
   }
   std::vector<std::string> all = {ids.front()};
-  for (const auto& mine : taken) all.insert(all.end(), mine.begin(), mine.end());
+  for (const auto& mine : shares) all.insert(all.end(), mine.begin(), mine.end());
   std::sort(all.begin(), all.end());
   EXPECT_EQ(all, ids);
 }
@@ -296,7 +358,11 @@ TEST(Store, BringsACatalogueOfTheFirstVersionUpToDate) {
   auto store = open_store(folder.path());
   const std::string id = scan_in(*store, StorePhase::done);
   store.reset();
-  execute(folder.path() / "catalogue.sqlite", "DROP TABLE deleted; PRAGMA user_version = 1");
+  execute(
+      folder.path() / "catalogue.sqlite",
+      "DROP TABLE deleted; PRAGMA user_version = 1; ALTER TABLE scans DROP COLUMN delivered_at; ALTER TABLE jobs DROP "
+      "COLUMN options; ALTER TABLE jobs DROP COLUMN tries; ALTER TABLE jobs DROP COLUMN not_before; ALTER TABLE jobs "
+      "DROP COLUMN lease; ALTER TABLE jobs DROP COLUMN lease_until");
   store = open_store(folder.path());
   EXPECT_EQ(phase(*store, id), StorePhase::done);
   EXPECT_TRUE(store->delete_scan(id));
