@@ -68,7 +68,7 @@ Result<std::vector<MeasuredFrame>> measure_frames(FrameSource& source, const Pro
     const Result<std::optional<Frame>> frame = source.next();
     if (!frame) return tl::unexpected(frame.error());
     if (!*frame) return frames;
-    frames.push_back({(*frame)->time, meter.measure((*frame)->image)});
+    frames.push_back({(*frame)->time, meter.measure((*frame)->image), (*frame)->settings});
     report(progress, static_cast<int>(frames.size()), source.info(), "measuring frames");
   }
 }
@@ -111,6 +111,9 @@ std::vector<FrameRecord> frame_records(const std::string& pass, std::span<const 
     record.motion = frames[next].measure.motion;
     record.smoothed_motion = selection.smoothed[next];
     record.sharpness = frames[i].measure.sharpness;
+    record.exposure_s = frames[i].settings.exposure_s;
+    record.gain = frames[i].settings.gain;
+    record.lens_position = frames[i].settings.lens_position;
     record.decision = selection.decisions[i].keyframe ? "keyframe" : "skipped";
     record.reason = selection.decisions[i].reason;
     records.push_back(std::move(record));
@@ -120,6 +123,7 @@ std::vector<FrameRecord> frame_records(const std::string& pass, std::span<const 
 
 Result<std::string> keyframe_jpeg(const Frame& frame) {
   if (!frame.jpeg.empty()) return frame.jpeg;
+  if (frame.full) return frame.full->jpeg();
   std::vector<unsigned char> bytes;
   try {
     if (cv::imencode(".jpg", frame.image, bytes, {cv::IMWRITE_JPEG_QUALITY, keyframe_quality})) {

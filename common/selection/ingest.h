@@ -19,6 +19,7 @@ namespace gyre {
 struct MeasuredFrame {
   double time = 0.0;  // seconds since the start of the pass
   FrameMeasure measure;
+  FrameSettings settings;
 };
 
 // Reads the source to its end and measures every frame.
@@ -41,7 +42,8 @@ Result<MeasuredSelection> select_keyframes(FrameSource& source, const SelectionO
 std::vector<FrameRecord> frame_records(const std::string& pass, std::span<const MeasuredFrame> frames,
                                        const Selection& selection);
 
-// The JPEG of a frame: the stored bytes when there are any, else compressed at `keyframe_quality`.
+// The JPEG of a frame: the stored bytes when there are any, else its full picture, else its image compressed at
+// `keyframe_quality`.
 inline constexpr int keyframe_quality = 95;
 Result<std::string> keyframe_jpeg(const Frame& frame);
 

@@ -12,11 +12,31 @@
 
 namespace gyre {
 
+// A picture that is compressed only when somebody wants it. Used from one thread.
+class FullPicture {
+ public:
+  FullPicture() = default;
+  FullPicture(const FullPicture&) = delete;
+  FullPicture& operator=(const FullPicture&) = delete;
+  virtual ~FullPicture() = default;
+
+  virtual Result<std::string> jpeg() const = 0;
+};
+
+// How the camera was set when it took a frame, as far as it says so.
+struct FrameSettings {
+  std::optional<double> exposure_s;
+  std::optional<double> gain;           // as the camera counts it; libcamera: 1 is none
+  std::optional<double> lens_position;  // dioptres, 0: infinity
+};
+
 struct Frame {
   int index = 0;      // from 0, without holes
   double time = 0.0;  // seconds since the first frame
-  cv::Mat image;      // 8-bit BGR, upright
+  cv::Mat image;      // 8-bit BGR, upright; of a camera it may be smaller than the picture, as its keyframe is `jpeg`
   std::string jpeg;   // the stored file when that already is an upright JPEG, so that nothing is compressed twice
+  std::shared_ptr<const FullPicture> full;  // in place of `jpeg`, from cameras that give raw pictures
+  FrameSettings settings;
 };
 
 struct CaptureInfo {

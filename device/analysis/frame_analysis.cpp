@@ -32,7 +32,7 @@ FrameReading FrameAnalysis::add(const Frame& frame, std::optional<double> exposu
   const cv::Mat& luma = meter_.luma();
   const double passed = frame.time - last_time_;
   const double interval = passed > 0.0 ? passed : fps_ > 0.0 ? 1.0 / fps_ : 1.0;
-  const double enlarged = static_cast<double>(frame.image.cols) / luma.cols;
+  const double enlarged = static_cast<double>(width_) / luma.cols;  // the picture may be larger than the image
   reading.motion = reading.measure.motion / interval / luma.cols;
   reading.exposure_known = exposure_s.has_value();
   reading.blur_px = reading.measure.motion * enlarged * exposure_s.value_or(usual_shutter * interval) / interval;

@@ -18,7 +18,7 @@ struct FrameReading {
   double time = 0.0;
   FrameMeasure measure;         // what selection decides on
   double motion = 0.0;          // mean flow, picture widths a second
-  double blur_px = 0.0;         // that flow makes while the shutter is open, pixels of the frame
+  double blur_px = 0.0;         // that flow makes while the shutter is open, pixels of the full picture
   bool exposure_known = false;  // else the shutter is taken to be open half of the time between frames
   double brightness = 0.0;      // mean luma, 0 to 1
   double underexposed = 0.0;    // share of pixels in the deepest sixteenth of the levels
@@ -34,7 +34,7 @@ Camera lens_of(const CameraInfo& camera);
 class FrameAnalysis {
  public:
   explicit FrameAnalysis(const CameraInfo& camera, const MeasureOptions& options = {})
-      : meter_(options), motion_(lens_of(camera)), fps_(camera.fps) {}
+      : meter_(options), motion_(lens_of(camera)), fps_(camera.fps), width_(camera.width) {}
 
   // The next frame, with the time its shutter was open (seconds) when the camera says it.
   FrameReading add(const Frame& frame, std::optional<double> exposure_s = {});
@@ -47,6 +47,7 @@ class FrameAnalysis {
   CameraMotionEstimator motion_;
   FocusWatch focus_;
   double fps_;
+  int width_;
   double last_time_ = 0.0;
 };
 

@@ -30,9 +30,9 @@ PassAnalysis::PassAnalysis(const std::string& pass, const CameraInfo& camera, co
     : photographs_(camera.photographs), analysis_(camera, options), selector_(streaming_options(pass, camera)) {}
 
 std::optional<Frame> PassAnalysis::add(Frame frame) {
-  reading_ = analysis_.add(frame);
+  reading_ = analysis_.add(frame, frame.settings.exposure_s);
   const FrameMeasure& measure = reading_.measure;
-  frames_.push_back({frame.time, measure});
+  frames_.push_back({frame.time, measure, frame.settings});
   const std::optional<int> proposed = selector_.push(measure);
   if (photographs_) return frame;
 

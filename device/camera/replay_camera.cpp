@@ -97,10 +97,4 @@ Result<std::unique_ptr<CameraDevice>> open_replay_camera(const std::filesystem::
   return std::make_unique<ReplayCamera>(std::move(*source), pace);
 }
 
-Result<std::unique_ptr<CameraDevice>> open_camera(const std::string& name, Pace pace) {
-  constexpr std::string_view replay = "replay:";
-  if (name.starts_with(replay)) return open_replay_camera(name.substr(replay.size()), pace);
-  return wrong_use("no such camera", name, "give replay:PATH with a video or a folder of pictures");
-}
-
 }  // namespace gyre

@@ -76,7 +76,7 @@ class PassRecorder {
       if (!event) return tl::unexpected(event.error());
       if (event->kind == CameraEvent::Kind::ended) return {};
       if (event->kind == CameraEvent::Kind::timeout) {
-        if (++silent < silent_timeouts) continue;
+        if (event->recovering || ++silent < silent_timeouts) continue;
         return fail("the camera is silent", camera_.info().name, "check its connection and run again");
       }
       silent = 0;

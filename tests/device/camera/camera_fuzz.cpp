@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "device/camera/camera_name.h"
+#include "device/camera/fault_script.h"
+#include "tests/fuzz/fuzz.h"
+
+#include <cstdlib>
+
+// Any text is a name, a script, a picture or an error; a name is written as something that reads the same.
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  if (const auto name = gyre::parse_camera_name(text)) {
+    const std::string written = to_string(*name);
+    const auto again = gyre::parse_camera_name(written);
+    if (!again || to_string(*again) != written) std::abort();
+  }
+  if (const auto faults = gyre::parse_fault_script(text)) {
+    for (std::size_t i = 1; i < faults->size(); ++i) {
+      if ((*faults)[i].before_frame <= (*faults)[i - 1].before_frame) std::abort();
+    }
+  }
+  return 0;
+}

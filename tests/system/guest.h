@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// A machine with devices: scripts run as root in a user-mode Linux kernel on this machine's file system, see uml/.
+#pragma once
+
+#include "tests/temporary_folder.h"
+
+#include <filesystem>
+#include <string>
+
+namespace gyre {
+
+class Guest {
+ public:
+  // What is missing for a guest, as a sentence; empty when nothing is. The kernel is looked for in $GYRE_UML, then in
+  // ../shared/testing/uml-dist beside the checkout.
+  static std::string lacking();
+
+  // The folder that host and guest share: $OUT in scripts.
+  const std::filesystem::path& out() const { return folder_.path(); }
+
+  // Boots, runs the script (which ends at the first command that fails) and returns its exit code, 124 when it took
+  // longer than two minutes and 125 when the guest did not come up. $BIN holds the programs of this build.
+  int run(const std::string& script);
+
+  // What the last script printed.
+  std::string log() const;
+
+ private:
+  TemporaryFolder folder_;
+};
+
+}  // namespace gyre
