@@ -24,8 +24,10 @@ void add_pipeline_flags(CLI::App& verb, PipelineFlags& flags) {
   verb.add_option("--turntable-radius-mm", flags.turntable_radius_mm,
                   "horizontal distance of the camera from the turntable's axis, millimetres; default: not known")
       ->check(CLI::Range(100.0, 20000.0));
-  verb.add_option("--texture-size", flags.texture_size, "side of the texture, pixels; default: 2048")
+  verb.add_option("--texture-size", flags.texture_size, "side of the texture, pixels; default: 4096")
       ->check(CLI::Range(1024, 8192));
+  verb.add_option("--texture-format", flags.texture_format, "of the avatar's picture: png, jpeg; default: png")
+      ->check(CLI::IsMember({"png", "jpeg"}));
   verb.add_option("--joint-names", flags.joint_names, "names of the avatar's joints: vrm, mixamo, unreal; default: vrm")
       ->check(CLI::IsMember({"vrm", "mixamo", "unreal"}));
   verb.add_option("--author", flags.author,
@@ -78,6 +80,7 @@ Result<PipelineOptions> pipeline_options(const PipelineFlags& flags, std::option
     if (height_mm > 0) set("height_mm", height_mm);
     if (flags.turntable_radius_mm > 0) set("turntable_radius_mm", flags.turntable_radius_mm);
     if (flags.texture_size > 0) set("size", flags.texture_size);
+    if (!flags.texture_format.empty()) set("format", flags.texture_format);
     if (!flags.joint_names.empty()) set("joint_names", flags.joint_names);
     if (!flags.author.empty()) set("author", flags.author);
     if (!flags.picked_landmarks.empty()) set("picked", std::filesystem::absolute(flags.picked_landmarks).string());

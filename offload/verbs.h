@@ -35,6 +35,7 @@ struct PipelineFlags {
   double height_mm = 0;               // 0: as scan.json says
   double turntable_radius_mm = 0;     // 0: not known
   int texture_size = 0;               // 0: the stage's default
+  std::string texture_format;         // empty: the stage's default
   std::string joint_names, author;    // of the avatar; empty: the stage's default
   std::string picked_landmarks;       // JSON file of picked points
   std::string keypoint_network;       // ONNX file

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/avatar/avatar.h"
 
+#include "common/mesh/tangents.h"
 #include "offload/body/expression_transfer.h"
 
 #include <algorithm>
@@ -55,11 +56,31 @@ SkinWeights tidy_weights(const SkinWeights& weights) {
   return tidy;
 }
 
+void add_normal_map(Avatar& avatar, std::vector<std::byte> png) {
+  TriangleMesh mesh;
+  for (const Eigen::Vector3f& p : avatar.positions) mesh.vertices.emplace_back(p.cast<double>());
+  for (const Eigen::Vector2f& uv : avatar.uv) mesh.uv.emplace_back(uv.cast<double>());
+  mesh.triangles = avatar.triangles;
+  mesh.uv_triangles = avatar.triangles;
+  std::vector<Eigen::Vector3d> normals;
+  for (const Eigen::Vector3f& n : avatar.normals) normals.emplace_back(n.cast<double>());
+  const auto tangents = corner_tangents(mesh, normals);
+  avatar.tangents.assign(avatar.positions.size(), Eigen::Vector4f::UnitX() + Eigen::Vector4f::UnitW());
+  for (std::size_t t = 0; t < tangents.size(); ++t)
+    for (int k = 0; k < 3; ++k) avatar.tangents[avatar.triangles[t][k]] = tangents[t][static_cast<std::size_t>(k)];
+  avatar.normal_map = std::move(png);
+}
+
 Result<Avatar> assemble_avatar(const BodyTemplate& body, const std::vector<Eigen::Vector3d>& rest_vertices,
                                const std::vector<Eigen::Vector3d>& rest_joints) {
   const TriangleMesh& mesh = body.mesh;
   if (rest_vertices.size() != mesh.vertices.size() || rest_joints.size() != body.joints.size()) {
     return fail("the fitted shape does not belong to this template", body.name, "run the fit stage again");
+  }
+  constexpr std::size_t most_joints = 127;  // some importers read joints as signed bytes
+  if (body.joints.size() > most_joints) {
+    return fail("the template has more joints than importers take", std::to_string(body.joints.size()),
+                "use a template with at most " + std::to_string(most_joints));
   }
   if (mesh.uv_triangles.size() != mesh.triangles.size() || body.skin.size() != mesh.vertices.size()) {
     return fail("the template lacks texture coordinates or skin weights", body.name, "build the template again");

@@ -33,14 +33,19 @@ struct Avatar {
   std::vector<Eigen::Vector3f> positions;  // metres, rest pose, +Y up, facing +Z
   std::vector<Eigen::Vector3f> normals;    // unit
   std::vector<Eigen::Vector2f> uv;         // origin top left
+  std::vector<Eigen::Vector4f> tangents;   // as glTF's; only with a normal map
   std::vector<SkinWeights> skin;
   std::vector<Eigen::Vector3i> triangles;
   std::vector<AvatarJoint> joints;
   std::vector<AvatarMorph> morphs;
-  std::vector<std::byte> texture;  // a PNG or JPEG file
-  std::string texture_type;        // "image/png" or "image/jpeg"
-  nlohmann::ordered_json facts;    // written beside the asset's version
+  std::vector<std::byte> texture;     // a PNG or JPEG file
+  std::string texture_type;           // "image/png" or "image/jpeg"
+  std::vector<std::byte> normal_map;  // a PNG file, up in the picture is positive; empty: none
+  nlohmann::ordered_json facts;       // written beside the asset's version
 };
+
+// Gives the avatar a normal map and the tangents it is written in.
+void add_normal_map(Avatar& avatar, std::vector<std::byte> png);
 
 // Splits the template's surface at its texture seams and gives it the fitted rest shape. Expressions are
 // transferred to the person (ExpressionTransfer). rest_vertices: all template vertices in the template's rest pose,

@@ -12,6 +12,7 @@
 #include "offload/avatar/vrm.h"
 #include "offload/body/humanoid.h"
 #include "offload/body/t_pose.h"
+#include "offload/body/texture_file.h"
 
 namespace gyre {
 
@@ -49,7 +50,9 @@ Result<std::vector<std::byte>> vrm_of(const Avatar& avatar, const BodyTemplate& 
   for (const Joint& joint : body.joints) bones.push_back(humanoid_bone(joint.name) < 0 ? "" : joint.name);
   VrmMeta meta;
   if (const std::string author = options.value("author", std::string()); !author.empty()) meta.author = author;
-  return write_vrm(rebound(avatar, reposed.reposed_from_rest), bones, meta);
+  Avatar t_posed = rebound(avatar, reposed.reposed_from_rest);
+  t_posed.tangents.clear();  // VRM leaves them to the player
+  return write_vrm(t_posed, bones, meta);
 }
 
 Result<nlohmann::json> run(const StageContext& context) {
@@ -66,7 +69,8 @@ Result<nlohmann::json> run(const StageContext& context) {
   if (!joints) return tl::unexpected(joints.error());
   const auto scene = read_json(context.bundle.work("cameras") / "scene.json");
   if (!scene) return tl::unexpected(scene.error());
-  const auto texture = read_file(context.bundle.work("texture") / "albedo.png");
+  const std::filesystem::path picture = texture_file(context.bundle, "albedo");
+  const auto texture = read_file(picture);
   if (!texture) return tl::unexpected(texture.error());
 
   context.progress(0.2, "assembling");
@@ -74,7 +78,11 @@ Result<nlohmann::json> run(const StageContext& context) {
   if (!avatar) return tl::unexpected(avatar.error());
   const auto bytes_of_texture = std::as_bytes(std::span(*texture));
   avatar->texture.assign(bytes_of_texture.begin(), bytes_of_texture.end());
-  avatar->texture_type = "image/png";
+  avatar->texture_type = picture_type(picture);
+  if (const auto relief = read_file(context.bundle.work("texture") / "normal.png")) {
+    const auto bytes = std::as_bytes(std::span(*relief));
+    add_normal_map(*avatar, {bytes.begin(), bytes.end()});
+  }
   avatar->facts = {{"template", body->name},
                    {"template_checksum", body->checksum},
                    {"built_in_template", body->built_in},

@@ -127,32 +127,48 @@ class FbxWriter {
     geometry.child("GeometryVersion", std::int32_t{124});
     geometry.child("Vertices", all_of(vertices));
     geometry.child("PolygonVertexIndex", all_of(corners));
-    FbxNode& normal_layer = geometry.child("LayerElementNormal", std::int32_t{0});
-    normal_layer.child("Version", std::int32_t{101});
-    normal_layer.child("Name", "");
-    normal_layer.child("MappingInformationType", "ByPolygonVertex");
-    normal_layer.child("ReferenceInformationType", "Direct");
-    normal_layer.child("Normals", all_of(normals));
-    FbxNode& uv_layer = geometry.child("LayerElementUV", std::int32_t{0});
-    uv_layer.child("Version", std::int32_t{101});
-    uv_layer.child("Name", "UVMap");
-    uv_layer.child("MappingInformationType", "ByPolygonVertex");
-    uv_layer.child("ReferenceInformationType", "IndexToDirect");
+    add_layer(geometry, "LayerElementNormal", "", "ByPolygonVertex", "Direct").child("Normals", all_of(normals));
+    std::vector<const char*> layers = {"LayerElementNormal", "LayerElementUV", "LayerElementMaterial"};
+    if (!avatar_.tangents.empty()) {
+      write_tangents(geometry);
+      layers.insert(layers.begin() + 1, {"LayerElementBinormal", "LayerElementTangent"});
+    }
+    FbxNode& uv_layer = add_layer(geometry, "LayerElementUV", "UVMap", "ByPolygonVertex", "IndexToDirect");
     uv_layer.child("UV", all_of(coordinates));
     uv_layer.child("UVIndex", all_of(coordinate_of));
-    FbxNode& material_layer = geometry.child("LayerElementMaterial", std::int32_t{0});
-    material_layer.child("Version", std::int32_t{101});
-    material_layer.child("Name", "");
-    material_layer.child("MappingInformationType", "AllSame");
-    material_layer.child("ReferenceInformationType", "IndexToDirect");
-    material_layer.child("Materials", all_of(std::vector<std::int32_t>{0}));
+    add_layer(geometry, "LayerElementMaterial", "", "AllSame", "IndexToDirect")
+        .child("Materials", all_of(std::vector<std::int32_t>{0}));
     FbxNode& layer = geometry.child("Layer", std::int32_t{0});
     layer.child("Version", std::int32_t{100});
-    for (const char* element : {"LayerElementNormal", "LayerElementUV", "LayerElementMaterial"}) {
+    for (const char* element : layers) {
       FbxNode& entry = layer.child("LayerElement");
       entry.child("Type", element);
       entry.child("TypedIndex", std::int32_t{0});
     }
+  }
+
+  static FbxNode& add_layer(FbxNode& geometry, const char* element, const char* name, const char* mapping,
+                            const char* reference) {
+    FbxNode& layer = geometry.child(element, std::int32_t{0});
+    layer.child("Version", std::int32_t{101});
+    layer.child("Name", name);
+    layer.child("MappingInformationType", mapping);
+    layer.child("ReferenceInformationType", reference);
+    return layer;
+  }
+
+  void write_tangents(FbxNode& geometry) const {
+    std::vector<double> tangents, bitangents;
+    for (const Eigen::Vector3i& t : avatar_.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const Eigen::Vector4f& tangent = avatar_.tangents[t[k]];
+        add_triple(tangents, tangent.head<3>());
+        add_triple(bitangents, tangent[3] * avatar_.normals[t[k]].cross(tangent.head<3>()));
+      }
+    add_layer(geometry, "LayerElementBinormal", "UVMap", "ByPolygonVertex", "Direct")
+        .child("Binormals", all_of(bitangents));
+    add_layer(geometry, "LayerElementTangent", "UVMap", "ByPolygonVertex", "Direct")
+        .child("Tangents", all_of(tangents));
   }
 
   void write_model(std::int64_t id, const std::string& name, const char* subtype, const Eigen::Vector3d& local) {
@@ -279,29 +295,34 @@ class FbxWriter {
     property(properties, "DiffuseColor", "Color", "", "A", 1.0, 1.0, 1.0);
     property(properties, "DiffuseFactor", "Number", "", "A", 1.0);
     connect(material, mesh_);
-    if (avatar_.texture.empty()) return;
+    if (!avatar_.texture.empty())
+      write_texture("albedo", avatar_.texture_type == "image/jpeg" ? "albedo.jpg" : "albedo.png", avatar_.texture,
+                    material, "DiffuseColor");
+    if (!avatar_.normal_map.empty()) write_texture("normal", "normal.png", avatar_.normal_map, material, "NormalMap");
+  }
 
-    const std::string file = avatar_.texture_type == "image/jpeg" ? "albedo.jpg" : "albedo.png";
+  void write_texture(const char* name, const char* file, const std::vector<std::byte>& bytes, std::int64_t material,
+                     const char* channel) {
     const std::int64_t video = next_id(), texture = next_id();
-    FbxNode& clip = object("Video", video, "albedo", "Video", "Clip");
+    FbxNode& clip = object("Video", video, name, "Video", "Clip");
     clip.child("Type", "Clip");
     FbxNode& clip_properties = clip.child("Properties70");
-    property(clip_properties, "Path", "KString", "XRefUrl", "", file.c_str());
+    property(clip_properties, "Path", "KString", "XRefUrl", "", file);
     clip.child("UseMipMap", std::int32_t{0});
-    clip.child("Filename", file.c_str());
-    clip.child("RelativeFilename", file.c_str());
-    clip.child("Content").add_bytes(avatar_.texture);
-    FbxNode& image = object("Texture", texture, "albedo", "Texture", "");
+    clip.child("Filename", file);
+    clip.child("RelativeFilename", file);
+    clip.child("Content").add_bytes(bytes);
+    FbxNode& image = object("Texture", texture, name, "Texture", "");
     image.child("Type", "TextureVideoClip");
     image.child("Version", std::int32_t{202});
-    image.child("TextureName", std::string_view(named("albedo", "Texture")));
-    image.child("Media", std::string_view(named("albedo", "Video")));
-    image.child("FileName", file.c_str());
-    image.child("RelativeFilename", file.c_str());
+    image.child("TextureName", std::string_view(named(name, "Texture")));
+    image.child("Media", std::string_view(named(name, "Video")));
+    image.child("FileName", file);
+    image.child("RelativeFilename", file);
     FbxNode& image_properties = image.child("Properties70");
     property(image_properties, "UVSet", "KString", "", "", "UVMap");
     property(image_properties, "UseMaterial", "bool", "", "", std::int32_t{1});
-    connections_.child("C", "OP", texture, material, "DiffuseColor");
+    connections_.child("C", "OP", texture, material, channel);
     connect(video, texture);
   }
 

@@ -73,6 +73,9 @@ Json write_primitive(const Avatar& avatar, Buffer& buffer) {
   Json attributes;
   attributes["POSITION"] = buffer.add_vectors(avatar.positions, true);
   attributes["NORMAL"] = buffer.add_vectors(avatar.normals, false);
+  if (!avatar.tangents.empty())
+    attributes["TANGENT"] = buffer.add_accessor(std::as_bytes(std::span(avatar.tangents)), array_buffer, type_float,
+                                                "VEC4", avatar.tangents.size());
   attributes["TEXCOORD_0"] =
       buffer.add_accessor(std::as_bytes(std::span(avatar.uv)), array_buffer, type_float, "VEC2", avatar.uv.size());
   std::vector<std::array<std::uint8_t, 4>> joints;
@@ -139,6 +142,29 @@ Json write_skin(const Avatar& avatar, Buffer& buffer) {
           {"joints", joints}};
 }
 
+// Pictures and the textures made of them, all sampled alike.
+class Textures {
+ public:
+  // What a material says of the new texture.
+  Json add(const char* name, const std::string& type, const std::vector<std::byte>& file, Buffer& buffer) {
+    images_.push_back({{"name", name}, {"mimeType", type}, {"bufferView", buffer.add_view(file, 0)}});
+    return {{"index", images_.size() - 1}};
+  }
+
+  void write(Json& gltf) const {
+    if (images_.empty()) return;
+    gltf["images"] = images_;
+    gltf["samplers"] = Json::array({{{"magFilter", filter_linear},
+                                     {"minFilter", filter_linear_mipmap_linear},
+                                     {"wrapS", wrap_clamp},
+                                     {"wrapT", wrap_clamp}}});
+    for (std::size_t i = 0; i < images_.size(); ++i) gltf["textures"].push_back({{"sampler", 0}, {"source", i}});
+  }
+
+ private:
+  Json images_ = Json::array();
+};
+
 void append(std::vector<std::byte>& out, std::uint32_t value) {
   const auto bytes = std::bit_cast<std::array<std::byte, 4>>(value);
   out.insert(out.end(), bytes.begin(), bytes.end());
@@ -194,16 +220,13 @@ std::vector<std::byte> write_glb(const Avatar& avatar, const Json& extensions) {
   gltf["nodes"] = write_nodes(avatar);
   gltf["meshes"] = Json::array({mesh});
   gltf["skins"] = Json::array({skin});
-  if (!avatar.texture.empty()) {
-    material["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
-    gltf["images"] = Json::array(
-        {{{"name", "albedo"}, {"mimeType", avatar.texture_type}, {"bufferView", buffer.add_view(avatar.texture, 0)}}});
-    gltf["samplers"] = Json::array({{{"magFilter", filter_linear},
-                                     {"minFilter", filter_linear_mipmap_linear},
-                                     {"wrapS", wrap_clamp},
-                                     {"wrapT", wrap_clamp}}});
-    gltf["textures"] = Json::array({{{"sampler", 0}, {"source", 0}}});
-  }
+  Textures textures;
+  if (!avatar.texture.empty())
+    material["pbrMetallicRoughness"]["baseColorTexture"] =
+        textures.add("albedo", avatar.texture_type, avatar.texture, buffer);
+  if (!avatar.normal_map.empty())
+    material["normalTexture"] = textures.add("normal", "image/png", avatar.normal_map, buffer);
+  textures.write(gltf);
   gltf["materials"] = Json::array({material});
   gltf["accessors"] = buffer.accessors();
   gltf["bufferViews"] = buffer.views();

@@ -55,6 +55,7 @@ Avatar with_triangles(const Avatar& avatar, const std::vector<Eigen::Vector3i>& 
   kept.joints = avatar.joints;
   kept.texture = avatar.texture;
   kept.texture_type = avatar.texture_type;
+  kept.normal_map = avatar.normal_map;
   kept.facts = avatar.facts;
   for (const AvatarMorph& morph : avatar.morphs) kept.morphs.push_back({morph.name, {}, {}});
   for (std::size_t v = 0; v < index.size(); ++v) {
@@ -63,6 +64,7 @@ Avatar with_triangles(const Avatar& avatar, const std::vector<Eigen::Vector3i>& 
     kept.positions.push_back(avatar.positions[v]);
     kept.normals.push_back(avatar.normals[v]);
     kept.uv.push_back(avatar.uv[v]);
+    if (!avatar.tangents.empty()) kept.tangents.push_back(avatar.tangents[v]);
     kept.skin.push_back(avatar.skin[v]);
     for (std::size_t m = 0; m < avatar.morphs.size(); ++m) {
       kept.morphs[m].positions.push_back(avatar.morphs[m].positions[v]);

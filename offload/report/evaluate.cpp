@@ -7,6 +7,7 @@
 #include "common/parallel/parallel.h"
 #include "common/render/rasterise.h"
 #include "offload/body/template.h"
+#include "offload/body/texture_file.h"
 #include "offload/report/camera_errors.h"
 #include "offload/report/held_out_views.h"
 #include "offload/report/json_fields.h"
@@ -183,7 +184,7 @@ struct Textured {
 };
 
 Result<Textured> textured_fit(const Inputs& in, const json& fit, const TriangleMesh& posed) {
-  const std::filesystem::path file = in.bundle.work("texture") / "albedo.png";
+  const std::filesystem::path file = texture_file(in.bundle, "albedo");
   if (!std::filesystem::exists(file)) return fail("no texture", file.string(), "run the stage texture");
   Textured textured;
   try {

@@ -50,6 +50,27 @@ std::vector<StageFacts> read_stages(const Bundle& bundle, std::vector<std::strin
   return stages;
 }
 
+// Logs are outside input to a page: what is no plain text is shown as a question mark.
+std::string plain(std::string_view text) {
+  std::string shown(text);
+  std::replace_if(
+      shown.begin(), shown.end(), [](char c) { return c != '\n' && c != '\t' && (c < ' ' || c > '~'); }, '?');
+  return shown;
+}
+
+std::vector<FailedStage> read_logs(const Bundle& bundle) {
+  constexpr std::size_t most = 4000;  // bytes of each
+  std::vector<FailedStage> failed;
+  for (const char* name : stage_order) {
+    const auto log = read_file(bundle.work(std::string(name) + ".log"));
+    if (!log || log->empty()) continue;
+    const std::size_t from = log->size() > most ? log->find('\n', log->size() - most) : 0;
+    failed.push_back(
+        {name, plain(std::string_view(*log).substr(from == std::string::npos ? log->size() - most : from))});
+  }
+  return failed;
+}
+
 // What the lengths rest on, for the middle of a sentence; empty when it is not known.
 std::string scale_source_text(const json& scene) {
   const std::string source = text_at(scene, "/scale_source");
@@ -219,6 +240,7 @@ Result<ReportFacts> collect_facts(const Bundle& bundle) {
   facts.fit = read_object(bundle.work("fit") / "fit.json", damaged);
   facts.texture = read_object(bundle.work("texture") / "texture.json", damaged);
   facts.stages = read_stages(bundle, damaged);
+  facts.failed = read_logs(bundle);
   std::error_code absent;
   const std::uintmax_t size = std::filesystem::file_size(bundle.work("avatar") / "avatar.glb", absent);
   facts.avatar_bytes = absent ? 0 : size;

@@ -23,6 +23,11 @@ struct StageFacts {
   nlohmann::json options, result;
 };
 
+// A stage that did not get to its end: the last that it said.
+struct FailedStage {
+  std::string name, log;
+};
+
 // Parts that no stage has made are empty or null.
 struct ReportFacts {
   Scan scan;
@@ -32,7 +37,8 @@ struct ReportFacts {
   nlohmann::json scene, cloud, fit, texture;  // scene.json, cloud.json, fit.json, texture.json
   nlohmann::json coverage;                    // coverage.json of the cloud
   std::optional<LandmarkSet> landmarks;
-  std::vector<StageFacts> stages;  // in the order they run
+  std::vector<StageFacts> stages;   // in the order they run
+  std::vector<FailedStage> failed;  // those with a work/<stage>.log
   std::uintmax_t avatar_bytes = 0;
   std::string summary;                // the outcome in plain sentences
   std::vector<std::string> warnings;  // one sentence each

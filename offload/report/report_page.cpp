@@ -5,6 +5,7 @@
 #include "offload/report/coverage_plot.h"
 #include "offload/report/json_fields.h"
 #include "offload/report/landmark_words.h"
+#include "offload/report/texture_sources.h"
 
 #include <fmt/format.h>
 #include <algorithm>
@@ -38,7 +39,7 @@ svg .subject{fill:#cbd2db}
 svg .cell{stroke:none}
 svg .hole{fill:none;stroke:#c8553d;stroke-width:1.6}
 svg text{font-size:10px;fill:#8a93a1;font-family:inherit}
-.legend{display:flex;gap:1.2rem;font-size:.85rem;color:var(--soft);margin:.8rem 0 0}
+.legend{display:flex;flex-wrap:wrap;list-style:none;padding:0;gap:1.2rem;font-size:.85rem;color:var(--soft);margin:.8rem 0 0}
 .dot{display:inline-block;width:.65em;height:.65em;border-radius:50%;margin-right:.4em}
 .sheet{display:grid;grid-template-columns:repeat(auto-fill,minmax(4.6rem,1fr));gap:.5rem}
 .sheet figure{font-size:.7rem;line-height:1.25}
@@ -142,6 +143,26 @@ std::string distance_section(const ReportPictures& pictures) {
              "and more</span></div><p class=\"legend\">Grey: no cloud there, so the surface is the template's.</p>"
              "</section>",
              heat_limit_mm / 2, heat_limit_mm);
+}
+
+std::string source_section(const ReportFacts& facts, const ReportPictures& pictures) {
+  std::string html = four_sides("Where the texture comes from", pictures.origins);
+  if (html.empty()) return {};
+  html.resize(html.size() - std::string("</section>").size());
+  html += "<ul class=\"legend\">";
+  for (const OriginKind& kind : origin_kinds()) {
+    const double share = number_at(facts.texture, (std::string("/share/") + kind.name).c_str(), 0);
+    html += fmt::format("<li><span class=\"dot\" style=\"background:rgb({},{},{})\"></span>{:.1f} % {}</li>",
+                        kind.colour[0], kind.colour[1], kind.colour[2], 100 * share, kind.words);
+  }
+  html += "</ul></section>";
+  const nlohmann::json views =
+      facts.texture.is_object() ? facts.texture.value("views", nlohmann::json::array()) : nlohmann::json::array();
+  const auto used = std::count_if(views.begin(), views.end(),
+                                  [](const nlohmann::json& view) { return number_at(view, "/texels", 0) > 0; });
+  const std::string by_view =
+      four_sides(fmt::format("The {} photographs in the texture, each in a colour of its own", used), pictures.views);
+  return html + "\n" + by_view;
 }
 
 std::string cloud_title(const ReportFacts& facts) {
@@ -279,6 +300,15 @@ std::string stage_section(const ReportFacts& facts) {
   return html + "</section>";
 }
 
+std::string failure_section(const ReportFacts& facts) {
+  if (facts.failed.empty()) return {};
+  std::string html = "<section><h2>What went wrong</h2>";
+  for (const FailedStage& stage : facts.failed)
+    html += fmt::format("<h3>The last that stage {} said</h3><pre>{}</pre>", escape_html(stage.name),
+                        escape_html(stage.log));
+  return html + "</section>";
+}
+
 }  // namespace
 
 std::string escape_html(std::string_view text) {
@@ -313,10 +343,11 @@ std::string report_page(const ReportFacts& facts, const ReportPictures& pictures
          "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>Scan " +
          escape_html(facts.scan.id) + "</title><style>" + style + "</style></head>\n<body><main>\n" + header(facts) +
          "\n" + four_sides("Avatar", pictures.avatar) + "\n" + overlay_section(pictures) + "\n" +
-         distance_section(pictures) + "\n" + four_sides(cloud_title(facts), pictures.cloud) + "\n" +
-         measure_section(facts) + camera_section(facts) + "\n" + coverage_section(facts) + "\n" +
-         landmark_section(facts) + "\n" + keyframe_section(facts, pictures) + "\n" + stage_section(facts) +
-         "\n<footer>Gyre " + escape_html(GYRE_VERSION) + "</footer>\n</main>" +
+         distance_section(pictures) + "\n" + source_section(facts, pictures) + "\n" +
+         four_sides(cloud_title(facts), pictures.cloud) + "\n" + measure_section(facts) + camera_section(facts) + "\n" +
+         coverage_section(facts) + "\n" + landmark_section(facts) + "\n" + keyframe_section(facts, pictures) + "\n" +
+         stage_section(facts) + "\n" + failure_section(facts) + "\n<footer>Gyre " + escape_html(GYRE_VERSION) +
+         "</footer>\n</main>" +
          (pictures.overlays.empty() ? std::string() : "<script>" + std::string(script) + "</script>") +
          "</body></html>\n";
 }

@@ -21,6 +21,8 @@ struct ReportPictures {
   std::array<std::string, 4> avatar;    // front, its left, back, its right
   std::array<std::string, 4> cloud;     // the same sides
   std::array<std::string, 4> distance;  // the same sides, coloured by the distance to the cloud up to heat_limit_mm
+  std::array<std::string, 4> views;     // the same sides, each photograph of the texture in a colour
+  std::array<std::string, 4> origins;   // the same sides, by how the texture got its colour
   std::vector<OverlayPicture> overlays;
   std::vector<std::string> keyframes;  // as facts.keyframes
 };

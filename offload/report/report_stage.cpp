@@ -5,11 +5,13 @@
 #include "common/mesh/mesh_io.h"
 #include "common/parallel/parallel.h"
 #include "offload/body/template.h"
+#include "offload/body/texture_file.h"
 #include "offload/report/json_fields.h"
 #include "offload/report/overlays.h"
 #include "offload/report/pictures.h"
 #include "offload/report/report_facts.h"
 #include "offload/report/report_page.h"
+#include "offload/report/texture_sources.h"
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -67,7 +69,7 @@ class FittedBody {
   FittedBody(const StageContext& context, const ReportFacts& facts) {
     if (auto mesh = read_ply(context.bundle.work("fit") / "rest.ply")) rest_ = std::move(*mesh);
     if (auto mesh = read_ply(context.bundle.work("fit") / "posed.ply")) posed_ = std::move(*mesh);
-    texture_ = read_picture(context.bundle.work("texture") / "albedo.png");
+    texture_ = read_picture(texture_file(context.bundle, "albedo"));
     if (texture_.empty()) return;
     const auto body = find_template(context.options.value("template", std::string()));
     if (!body || body->checksum != text_at(facts.fit, "/template/checksum")) {
@@ -100,6 +102,12 @@ class FittedBody {
     TriangleMesh coloured = rest_;
     coloured.colours = heat_colours(distances, heat_limit_mm);
     return uris_of(render_turnaround(coloured, cv::Mat(), 300, 440));
+  }
+
+  // The surface in the colours of a picture that is as the texture is.
+  std::array<std::string, 4> painted(const cv::Mat& picture) const {
+    if (texture_.empty() || picture.empty() || rest_.vertices.empty()) return {};
+    return uris_of(render_turnaround(rest_, picture, 300, 440));
   }
 
   // Photographs from four sides of every pass.
@@ -139,6 +147,10 @@ Result<nlohmann::json> run_report(const StageContext& context) {
     const FittedBody body(context, *facts);
     pictures.avatar = body.turnaround();
     pictures.distance = body.distances(context.bundle);
+    const std::filesystem::path texture = context.bundle.work("texture");
+    pictures.views = body.painted(read_picture(texture / "source.png"));
+    pictures.origins =
+        body.painted(colour_origins(read_picture(texture / "origin.png", cv::IMREAD_UNCHANGED), facts->texture));
     pictures.overlays = body.overlays(context.bundle, *facts, context.threads);
   } catch (const cv::Exception& error) {
     return fail("cannot make the pictures of the report", context.bundle.root().string(), error.what());
@@ -157,7 +169,7 @@ Result<nlohmann::json> run_report(const StageContext& context) {
 Stage report_stage() {
   Stage stage;
   stage.name = "report";
-  stage.version = 2;
+  stage.version = 3;
   stage.inputs = {"scan.json",      "frames.jsonl", "frames",       "work/cameras", "work/cloud",
                   "work/landmarks", "work/fit",     "work/texture", "work/avatar"};
   stage.external = {"template"};

@@ -5,6 +5,7 @@
 #include "offload/texture/atlas.h"
 #include "offload/texture/face_graph.h"
 #include "offload/texture/fill.h"
+#include "offload/texture/insertion.h"
 #include "offload/texture/mirror.h"
 #include "offload/texture/paint.h"
 #include "offload/texture/single_view.h"
@@ -41,15 +42,27 @@ void weigh_scores(ObservationTable& table, std::span<const Photo> photos, std::s
 }
 
 void generate_colours(const BakeSubject& subject, const Atlas& atlas, int threads, Canvas& canvas) {
-  if (subject.generated.empty()) return;
   parallel_for(atlas.size, threads, [&](std::size_t y) {
     for (std::size_t i = y * atlas.size; i < (y + 1) * atlas.size; ++i) {
       const int t = atlas.triangle[i];
       if (t < 0 || !subject.generated[t]) continue;
       canvas.colour[i] = subject.generate(t, corner_weights(atlas, i));
       canvas.origin[i] = TexelOrigin::generated;
+      canvas.photo[i] = -1;
+      canvas.confidence[i] = 0;
     }
   });
+}
+
+// What is generated where photographs show the surface around it.
+std::vector<std::uint8_t> generated_skin(const BakeSubject& subject, const Atlas& atlas,
+                                         std::span<const std::uint8_t> hidden) {
+  std::vector<std::uint8_t> skin(atlas.texels(), 0);
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    const int t = atlas.triangle[i];
+    skin[i] = t >= 0 && subject.generated[t] != 0 && hidden[t] == 0 ? 1 : 0;
+  }
+  return skin;
 }
 
 // Hues by the golden angle: neighbours in order are far apart in colour.
@@ -112,16 +125,20 @@ Result<BakedTexture> bake_texture(const BakeSubject& subject, std::vector<Photo>
   }
   if (photos.empty()) return fail("no photographs to texture from", {}, "register the cameras first");
 
-  progress(0.0, "what each photograph sees");
+  progress(0.0, "where each photograph was taken");
   constexpr int crop_margin = 8;  // pixels
-  std::vector<DepthMap> depths(photos.size());
-  parallel_for(photos.size(), threads, [&](std::size_t p) {
-    crop_to(photos[p], mesh.vertices, crop_margin);
-    depths[p] = map_depth(mesh, photos[p], options.sight);
-  });
+  parallel_for(photos.size(), threads, [&](std::size_t p) { crop_to(photos[p], mesh.vertices, crop_margin); });
   const std::vector<Eigen::Vector3d> normals = triangle_normals(mesh);
   const std::vector<std::uint8_t> skip =
-      subject.generated.empty() ? std::vector<std::uint8_t>(mesh.triangles.size(), 0) : subject.generated;
+      subject.hidden.empty() ? std::vector<std::uint8_t>(mesh.triangles.size(), 0) : subject.hidden;
+  if (options.cut_and_blend && options.place) {
+    const std::vector<Pose> placed =
+        place_views(mesh, normals, skip, photos, options.sight, options.limits, options.placing, threads);
+    for (std::size_t p = 0; p < photos.size(); ++p) photos[p].cam_from_world = placed[p];
+    progress(0.15, "what each photograph sees");
+  }
+  std::vector<DepthMap> depths(photos.size());
+  parallel_for(photos.size(), threads, [&](std::size_t p) { depths[p] = map_depth(mesh, photos[p], options.sight); });
   const PhotographedSurface surface{mesh, normals, photos, depths, options.sight, options.limits};
   ObservationTable table = observe(surface, skip, threads);
   if (table.all.empty()) {
@@ -156,7 +173,12 @@ Result<BakedTexture> bake_texture(const BakeSubject& subject, std::vector<Photo>
 
   progress(0.75, "blending");
   if (options.cut_and_blend) blend_gradients(job, edges, options.gradients, threads, canvas);
-  generate_colours(subject, atlas, threads, canvas);
+  if (!subject.generated.empty()) {
+    if (subject.match) subject.match(atlas, canvas);
+    generate_colours(subject, atlas, threads, canvas);
+    constexpr double reach = 1.0 / 96.0;  // of the texture's side
+    insert_texels(mesh, atlas, edges, generated_skin(subject, atlas, skip), reach * options.size, threads, canvas);
+  }
 
   progress(0.9, "filling");
   if (!subject.mirror.empty()) fill_mirrored(mesh, atlas, edges, subject.mirror, skip, threads, canvas);
@@ -166,6 +188,7 @@ Result<BakedTexture> bake_texture(const BakeSubject& subject, std::vector<Photo>
   BakedTexture baked = finish(canvas, atlas, photos.size());
   baked.gains = gains;
   baked.sharpness = sharpness;
+  for (const Photo& photo : photos) baked.cam_from_world.push_back(photo.cam_from_world);
   return baked;
 }
 

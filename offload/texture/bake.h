@@ -10,6 +10,7 @@
 #include "offload/texture/labelling.h"
 #include "offload/texture/observations.h"
 #include "offload/texture/photo.h"
+#include "offload/texture/place_views.h"
 
 #include <Eigen/Core>
 #include <array>
@@ -25,10 +26,12 @@ struct BakeOptions {
   int rim = 2;      // texels every chart continues beyond its border
   bool equalise_exposure = true;
   bool cut_and_blend = true;  // false: best view a triangle, nothing smoothed (what the better result is compared with)
-  bool align = true;          // photographs onto each other; only with cut_and_blend
+  bool place = true;          // photographs where a subject that moved saw them from; only with cut_and_blend
+  bool align = true;          // what is left, within each photograph; only with cut_and_blend
   double head_preference = 1.5;  // factor on the score of head views on the head, and of body views elsewhere
   SightOptions sight;
   ViewLimits limits;
+  PlaceOptions placing;
   AlignOptions alignment;
   LabelOptions labels;
   GradientOptions gradients;
@@ -42,7 +45,9 @@ struct BakeSubject {
   TriangleMesh mesh;
   std::vector<std::uint8_t> head;       // 1: belongs to the head
   std::vector<std::uint8_t> feature;    // 1 and up: parts of the face that one photograph has to show whole
-  std::vector<std::uint8_t> generated;  // 1: coloured by `generate` and not from photographs
+  std::vector<std::uint8_t> hidden;     // 1: no photograph shows it; a part of what is generated
+  std::vector<std::uint8_t> generated;  // 1 and up: coloured by `generate` and not from photographs
+  std::function<void(const Atlas& atlas, const Canvas& canvas)> match;  // called with the blended photographs before
   std::function<Eigen::Vector3f(int triangle, const Eigen::Vector3d& weights)> generate;  // encoded BGR
   std::vector<int> mirror;  // one a vertex: its mirror vertex, -1: none; or empty
 };
@@ -58,6 +63,7 @@ struct BakedTexture {
   std::array<std::size_t, texel_origins> origins{};  // texels of the surface by TexelOrigin
   std::vector<Eigen::Vector3d> gains;                // BGR, of each photograph
   std::vector<double> sharpness;                     // of each photograph, (0, 1]
+  std::vector<Pose> cam_from_world;                  // of each photograph, as it was used
 };
 
 // Methods 1.5, first part: visibility, per-view colour, alignment, labelling, blending, filling. Photographs are

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/texture/labelling.h"
 
+#include "offload/texture/minimum_cut.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <opencv2/core.hpp>
-#include <opencv2/imgproc/detail/gcgraph.hpp>
 
 namespace gyre {
 
@@ -70,24 +70,19 @@ class Energy {
   const LabelOptions& options_;
 };
 
-// The best set of triangles to switch to photograph `alpha`, by one minimum cut (Kolmogorov and Zabih, PAMI 2004, for
-// the edges). Returns whether anything changed.
+// The best set of triangles to switch to photograph `alpha`, by one minimum cut. Returns whether anything changed.
 bool expand(const Energy& energy, int alpha, std::span<const int> may_take, std::vector<int>& label,
             std::vector<int>& node_of) {
-  cv::detail::GCGraph<float> graph;
   std::vector<int> faces;
-  std::vector<float> change;  // cost of alpha over keeping, edges to fixed triangles included
-  bool linked = false;        // the graph has an edge; its solver refuses one without
   for (const int f : may_take) {
     if (label[f] == alpha) continue;
     node_of[f] = static_cast<int>(faces.size());
     faces.push_back(f);
-    change.push_back(energy.data(f, alpha) - energy.data(f, label[f]));
   }
   if (faces.empty()) return false;
-  graph.create(static_cast<unsigned>(faces.size()), static_cast<unsigned>(6 * faces.size() + 2));
-  for (std::size_t n = 0; n < faces.size(); ++n) graph.addVtx();
-
+  MinimumCut cut(faces.size());  // 1: takes alpha
+  for (std::size_t n = 0; n < faces.size(); ++n)
+    cut.add_cost(static_cast<int>(n), energy.data(faces[n], alpha) - energy.data(faces[n], label[faces[n]]));
   for (const SharedEdge& edge : energy.edges()) {
     const int f = edge.face[0];
     const int g = edge.face[1];
@@ -98,26 +93,20 @@ bool expand(const Energy& energy, int alpha, std::span<const int> may_take, std:
     if (n >= 0 && m >= 0) {
       const float second = energy.seam(edge, label[f], alpha);  // only g switches
       const float first = energy.seam(edge, alpha, label[g]);   // only f switches
-      change[n] += first - keep;
-      change[m] -= first;
-      graph.addEdges(n, m, std::max(0.0F, second + first - keep), 0.0F);
-      linked = true;
+      cut.add_cost(n, first - keep);
+      cut.add_cost(m, -first);
+      cut.add_penalty(n, m, second + first - keep);
     } else if (n >= 0) {
-      change[n] += energy.seam(edge, alpha, label[g]) - keep;
+      cut.add_cost(n, energy.seam(edge, alpha, label[g]) - keep);
     } else {
-      change[m] += energy.seam(edge, label[f], alpha) - keep;
+      cut.add_cost(m, energy.seam(edge, label[f], alpha) - keep);
     }
   }
-  for (std::size_t n = 0; n < faces.size(); ++n) {
-    // Source side: keep. A node on the sink side pays its source weight.
-    graph.addTermWeights(static_cast<int>(n), std::max(0.0F, change[n]), std::max(0.0F, -change[n]));
-  }
-  if (linked) graph.maxFlow();
+  const std::vector<std::uint8_t> takes = cut.solve();
   bool changed = false;
   for (std::size_t n = 0; n < faces.size(); ++n) {
     node_of[faces[n]] = -1;
-    const bool keeps = linked ? graph.inSourceSegment(static_cast<int>(n)) : change[n] >= 0;
-    if (keeps) continue;
+    if (takes[n] == 0) continue;
     label[faces[n]] = alpha;
     changed = true;
   }

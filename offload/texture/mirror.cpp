@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/texture/mirror.h"
 
-#include "offload/texture/texel_graph.h"
-#include "offload/texture/texel_solver.h"
+#include "offload/texture/insertion.h"
 
 #include <algorithm>
 #include <array>
@@ -77,23 +76,6 @@ bool copy_from(const Canvas& canvas, int size, const Eigen::Vector2d& place, Cop
   return true;
 }
 
-// Mirrored texels, and the seen ones of the triangles at theirs.
-std::vector<std::uint8_t> insertion_site(const TriangleMesh& mesh, const Atlas& atlas, const Canvas& canvas) {
-  std::vector<std::uint8_t> at_vertex(mesh.vertices.size(), 0);
-  for (std::size_t i = 0; i < atlas.texels(); ++i) {
-    if (canvas.origin[i] != TexelOrigin::mirrored) continue;
-    for (int k = 0; k < 3; ++k) at_vertex[mesh.triangles[atlas.triangle[i]][k]] = 1;
-  }
-  std::vector<std::uint8_t> wanted(atlas.texels(), 0);
-  for (std::size_t i = 0; i < atlas.texels(); ++i) {
-    if (atlas.triangle[i] < 0) continue;
-    const Eigen::Vector3i& corners = mesh.triangles[atlas.triangle[i]];
-    const bool near = at_vertex[corners[0]] != 0 || at_vertex[corners[1]] != 0 || at_vertex[corners[2]] != 0;
-    wanted[i] = near && (is_seen(canvas, i) || canvas.origin[i] == TexelOrigin::mirrored) ? 1 : 0;
-  }
-  return wanted;
-}
-
 }  // namespace
 
 void fill_mirrored(const TriangleMesh& mesh, const Atlas& atlas, std::span<const SharedEdge> edges,
@@ -106,35 +88,15 @@ void fill_mirrored(const TriangleMesh& mesh, const Atlas& atlas, std::span<const
     Copy copy{.texel = i};
     if (copy_from(canvas, atlas.size, mirrored_place(mesh, atlas, mirror, i, other[t]), copy)) copies.push_back(copy);
   }
+  std::vector<std::uint8_t> inserted(atlas.texels(), 0);
   for (const Copy& copy : copies) {
+    inserted[copy.texel] = 1;
     canvas.colour[copy.texel] = copy.colour;
     canvas.origin[copy.texel] = TexelOrigin::mirrored;
     canvas.confidence[copy.texel] = copy.confidence / 2;
   }
 
-  const TexelGraph graph = connect_texels(mesh, atlas, edges, insertion_site(mesh, atlas, canvas));
-  constexpr float fixed = 1e5F;
-  constexpr float pull = 1e-5F;  // of a part without any seen texel next to it
-  std::vector<float> diagonal(graph.texel.size());
-  std::vector<Eigen::Vector3f> right(graph.texel.size(), Eigen::Vector3f::Zero());
-  for (std::size_t n = 0; n < diagonal.size(); ++n) diagonal[n] = is_seen(canvas, graph.texel[n]) ? fixed : pull;
-  const auto meet = [&](std::int32_t a, std::int32_t b) {
-    if (is_seen(canvas, graph.texel[a]) == is_seen(canvas, graph.texel[b])) return;
-    const Eigen::Vector3f step = canvas.colour[graph.texel[a]] - canvas.colour[graph.texel[b]];
-    right[a] -= step;
-    right[b] += step;
-  };
-  for (std::size_t n = 0; n < graph.texel.size(); ++n) {
-    for (const int side : {0, 1}) {
-      if (graph.neighbour[n][side] >= 0) meet(static_cast<std::int32_t>(n), graph.neighbour[n][side]);
-    }
-  }
-  for (const auto& [a, b] : graph.links) meet(a, b);
-  constexpr double tolerance = 1e-3;
-  const auto offset = solve_on_texels(mesh, atlas, graph, diagonal, std::move(right), tolerance, threads);
-  for (std::size_t n = 0; n < offset.size(); ++n) {
-    if (!is_seen(canvas, graph.texel[n])) canvas.colour[graph.texel[n]] += offset[n];
-  }
+  insert_texels(mesh, atlas, edges, inserted, 0.0, threads, canvas);
 }
 
 }  // namespace gyre

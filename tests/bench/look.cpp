@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws an avatar as a person looks at it: from eight sides, the face at half a metre, expressions and poses, as one
-// picture.
+// Draws an avatar as a person looks at it: from eight sides, the face at half a metre, hands, expressions and poses, as
+// one picture.
 //
 //   look AVATAR.glb OUT.png
 #include "common/geometry/camera.h"
@@ -23,8 +23,10 @@ struct Look {
   std::string title;
   std::map<std::string, double> expressions;
   std::map<std::string, Eigen::Vector3d> turns;
-  double yaw = 0.0;   // degrees from which side: 0 the front, 90 the avatar's left
-  bool face = false;  // else the whole body
+  double yaw = 0.0;  // degrees from which side: 0 the front, 90 the avatar's left
+  // What is seen from half a metre: the face, or what lies around a joint; else the whole body.
+  bool face = false;
+  std::string joint = {};
 };
 
 std::vector<Look> looks() {
@@ -48,6 +50,11 @@ std::vector<Look> looks() {
                   {"leftUpperArm", 20 * degree * forward},
                   {"rightUpperArm", -30 * degree * forward}},
                  60});
+  for (const auto& [title, yaw, joint] : {std::tuple("left hand, outside", 80.0, "leftMiddleProximal"),
+                                          {"left hand, inside", -60.0, "leftMiddleProximal"},
+                                          {"right hand, outside", -80.0, "rightMiddleProximal"},
+                                          {"right hand, inside", 60.0, "rightMiddleProximal"}})
+    all.push_back({title, {}, {}, yaw, false, joint});
   return all;
 }
 
@@ -65,6 +72,12 @@ cv::Mat draw(const AvatarFile& file, const Look& look) {
       if (joint.name == "head") target = joint.position + Eigen::Vector3d(0, 0.045, 0.05);
     distance = 0.5;
     extent = 0.30;
+  }
+  for (const AvatarJoint& joint : file.avatar.joints) {
+    if (look.joint.empty() || joint.name != look.joint) continue;
+    target = joint.position;
+    distance = 0.5;
+    extent = 0.24;
   }
   const Eigen::Vector3d towards(std::sin(look.yaw * degree), look.face ? 0.03 : 0.0, std::cos(look.yaw * degree));
   const int w = supersampling * width, h = supersampling * height;

@@ -3,6 +3,7 @@
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/bundle.h"
 #include "offload/body/humanoid.h"
+#include "tests/offload/avatar/vrm_rules.h"
 #include "tests/system/programs.h"
 
 #include <gtest/gtest.h>
@@ -54,9 +55,9 @@ class ImportTest : public testing::Test {
     return json::parse(f.out.substr(begin, f.out.find('\n', begin) - begin));
   }
 
-  // The JSON chunk of the GLB.
-  json gltf() const {
-    const std::string bytes = read_file(avatar()).value_or("");
+  // The JSON chunk of a GLB or VRM.
+  static json gltf(const fs::path& file) {
+    const std::string bytes = read_file(file).value_or("");
     std::uint32_t length = 0;
     if (bytes.size() < 20) return {};
     std::memcpy(&length, bytes.data() + 12, sizeof length);
@@ -98,7 +99,7 @@ TEST_F(ImportTest, BlenderReadsSkeletonSkinAndShapes) {
   EXPECT_LE(facts.at("influences_max"), 4);
 
   std::map<std::string, std::array<double, 3>> nodes;
-  const json scene = gltf();
+  const json scene = gltf(avatar());
   for (const int root : scene.at("scenes").at(0).at("nodes").get<std::vector<int>>())
     node_positions(scene, root, {0, 0, 0}, nodes);
   for (const HumanoidBone& bone : humanoid_bones()) {
@@ -156,6 +157,7 @@ TEST_F(ImportTest, ThreeVrmReadsTheVrm) {
     EXPECT_NEAR(height(arm.c_str()), height(hand.c_str()), 0.002) << "a T-pose holds its arms level";
   }
   EXPECT_EQ(facts.at("meta").at("avatarPermission"), "onlyAuthor");
+  EXPECT_EQ(vrm_faults(gltf(out() + "/avatar.vrm")), std::vector<std::string>());
   const Finished valid =
       run_program("/usr/bin/env", {"node", GYRE_SYSTEM_TESTS "/gltf_validate.mjs", out() + "/avatar.vrm"});
   EXPECT_EQ(valid.code, 0) << valid.out;

@@ -63,6 +63,19 @@ TEST_F(AvatarStage, WritesTheSameFilesTwice) {
     EXPECT_EQ(files[i], *read_file(root_ / "work/avatar" / avatar_stage().published[i]));
 }
 
+TEST_F(AvatarStage, TakesATextureThatIsAJpeg) {
+  std::filesystem::remove(root_ / "work/texture/albedo.png");
+  cv::imwrite((root_ / "work/texture/albedo.jpg").string(), cv::Mat(8, 8, CV_8UC3, cv::Scalar(90, 120, 200)));
+  const auto done = run();
+  ASSERT_TRUE(done) << done.error().message();
+  const std::string jpeg = *read_file(root_ / "work/texture/albedo.jpg");
+  for (const char* name : {"avatar.glb", "avatar.vrm", "avatar.fbx"}) {
+    const std::string bytes = *read_file(root_ / "work/avatar" / name);
+    EXPECT_NE(bytes.find(jpeg), std::string::npos) << name;
+    EXPECT_NE(bytes.find(std::string(name) == "avatar.fbx" ? "albedo.jpg" : "image/jpeg"), std::string::npos) << name;
+  }
+}
+
 TEST_F(AvatarStage, RefusesANamingItDoesNotKnow) {
   options_["joint_names"] = "maya";
   const auto result = run();

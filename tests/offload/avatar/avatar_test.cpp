@@ -44,6 +44,15 @@ TEST(Avatar, RefusesAShapeOfAnotherTemplate) {
   EXPECT_FALSE(assemble_avatar(body, body.mesh.vertices, {}));
 }
 
+TEST(Avatar, RefusesMoreJointsThanImportersTake) {
+  BodyTemplate body = small_template();
+  while (body.joints.size() < 128) body.joints.push_back({"tail" + std::to_string(body.joints.size()), 0, {}, {}});
+  const std::vector<Eigen::Vector3d> joints(body.joints.size(), Eigen::Vector3d::Zero());
+  const auto avatar = assemble_avatar(body, body.mesh.vertices, joints);
+  ASSERT_FALSE(avatar);
+  EXPECT_NE(avatar.error().message().find("128"), std::string::npos);
+}
+
 TEST(TidyWeights, MergesDropsSortsAndNormalises) {
   SkinWeights weights;
   weights.joint = {7, 3, 7, 9};

@@ -229,6 +229,44 @@ TEST_F(Fbx, HoldsThePictureItself) {
   EXPECT_EQ(all("Video", "Clip").at(0)->child("Content").properties.at(0).text, std::string("\1\2"));
 }
 
+TEST_F(Fbx, CountsInCentimetresWithYUp) {
+  std::map<std::string, const Record*> settings;
+  for (const Record& p : root_.child("GlobalSettings").child("Properties70").children)
+    settings[p.properties.at(0).text] = &p;
+  EXPECT_EQ(settings.at("UnitScaleFactor")->properties.at(4).real, 1.0);
+  EXPECT_EQ(settings.at("UpAxis")->properties.at(4).integer, 1);
+  EXPECT_EQ(settings.at("FrontAxis")->properties.at(4).integer, 2);
+}
+
+TEST_F(Fbx, TakesANormalMapWithTheFrameOfEveryCorner) {
+  for (const Record& layer : all("Geometry", "Mesh").at(0)->children) EXPECT_NE(layer.name, "LayerElementTangent");
+  add_normal_map(avatar_, {std::byte{7}});
+  const std::vector<std::byte> bytes = write_fbx(avatar_);
+  root_ = Reader(bytes).file();
+  ASSERT_EQ(all("Video", "Clip").size(), 2U);
+  EXPECT_EQ(all("Video", "Clip").at(1)->child("Content").properties.at(0).text, std::string("\7"));
+  const std::int64_t texture = all("Texture", "").at(1)->properties.at(0).integer;
+  std::string channel;
+  for (const Record& c : root_.child("Connections").children)
+    if (c.properties.at(0).text == "OP" && c.properties.at(1).integer == texture) channel = c.properties.at(3).text;
+  EXPECT_EQ(channel, "NormalMap");
+  const Record& geometry = *all("Geometry", "Mesh").at(0);
+  const auto corners = [&](const char* layer, const char* values) {
+    const auto& all_numbers = geometry.child(layer).child(values).properties.at(0).numbers;
+    EXPECT_EQ(all_numbers.size(), 9 * body_.mesh.triangles.size()) << layer;
+    return Eigen::Map<const Eigen::Matrix3Xd>(all_numbers.data(), 3,
+                                              3 * static_cast<Eigen::Index>(avatar_.triangles.size()));
+  };
+  const auto normals = corners("LayerElementNormal", "Normals");
+  const auto tangents = corners("LayerElementTangent", "Tangents");
+  const auto bitangents = corners("LayerElementBinormal", "Binormals");
+  for (Eigen::Index i = 0; i < normals.cols(); ++i) {
+    const Eigen::Vector3d n = normals.col(i), t = tangents.col(i), b = bitangents.col(i);
+    EXPECT_NEAR(n.dot(t), 0, 1e-5);
+    EXPECT_LT((n.cross(t) - b).norm(), 1e-5);  // every side of the box has its picture the right way round
+  }
+}
+
 TEST_F(Fbx, IsTheSameTwice) {
   EXPECT_EQ(bytes_, write_fbx(avatar_));
 }

@@ -193,6 +193,61 @@ TEST_P(GlbOf, EmbedsTheTextureOnARoughMaterial) {
   EXPECT_EQ(model_.materials[0].pbrMetallicRoughness.baseColorTexture.index, 0);
 }
 
+TEST_P(GlbOf, KeepsItsSkeletonInTheScene) {
+  const tinygltf::Skin& skin = model_.skins[0];
+  EXPECT_LT(skin.joints.size(), 128U);
+  std::set<int> below;  // the skeleton's root
+  const std::function<void(int)> visit = [&](int n) {
+    below.insert(n);
+    for (const int child : model_.nodes[n].children) visit(child);
+  };
+  visit(skin.skeleton);
+  for (const int joint : skin.joints) EXPECT_TRUE(below.contains(joint)) << model_.nodes[joint].name;
+  const auto& roots = model_.scenes[model_.defaultScene].nodes;
+  EXPECT_NE(std::find(roots.begin(), roots.end(), skin.skeleton), roots.end());
+  for (const tinygltf::Node& node : model_.nodes)
+    EXPECT_TRUE(node.rotation.empty() && node.scale.empty() && node.matrix.empty()) << node.name;
+}
+
+TEST_P(GlbOf, SaysWhatEveryBufferViewAndNumberIs) {
+  const auto& primitive = model_.meshes[0].primitives[0];
+  EXPECT_EQ(model_.accessors[primitive.attributes.at("WEIGHTS_0")].componentType, TINYGLTF_COMPONENT_TYPE_FLOAT);
+  std::vector<int> vertex_data;
+  for (const auto& [name, accessor] : primitive.attributes) vertex_data.push_back(accessor);
+  for (const auto& target : primitive.targets) {
+    EXPECT_EQ(target.size(), 2U);
+    EXPECT_EQ(model_.accessors[target.at("POSITION")].minValues.size(), 3U);
+    EXPECT_EQ(model_.accessors[target.at("POSITION")].maxValues.size(), 3U);
+    for (const auto& [name, accessor] : target) vertex_data.push_back(accessor);
+  }
+  for (const int accessor : vertex_data)
+    EXPECT_EQ(model_.bufferViews[model_.accessors[accessor].bufferView].target, TINYGLTF_TARGET_ARRAY_BUFFER);
+  EXPECT_EQ(model_.bufferViews[model_.accessors[primitive.indices].bufferView].target,
+            TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
+  EXPECT_EQ(model_.bufferViews[model_.accessors[model_.skins[0].inverseBindMatrices].bufferView].target, 0);
+}
+
+TEST_P(GlbOf, TakesANormalMapWithTangents) {
+  EXPECT_FALSE(model_.meshes[0].primitives[0].attributes.contains("TANGENT"));
+  Avatar avatar = avatar_;
+  add_normal_map(avatar, {std::byte{7}});
+  const tinygltf::Model model = load(write_glb(avatar));
+  const auto& attributes = model.meshes[0].primitives[0].attributes;
+  const auto normals = values<float>(model, attributes.at("NORMAL"), 3);
+  const auto tangents = values<float>(model, attributes.at("TANGENT"), 4);
+  ASSERT_EQ(tangents.size(), normals.size());
+  for (std::size_t v = 0; v < tangents.size(); ++v) {
+    const Eigen::Vector3f n = Eigen::Vector3f::Map(normals[v].data()), t = Eigen::Vector3f::Map(tangents[v].data());
+    EXPECT_NEAR(t.norm(), 1, 1e-5);
+    EXPECT_NEAR(t.dot(n), 0, 1e-5);
+    EXPECT_EQ(std::abs(tangents[v][3]), 1.0F);
+  }
+  const int image = model.textures.at(model.materials[0].normalTexture.index).source;
+  EXPECT_EQ(model.images.at(image).mimeType, "image/png");
+  EXPECT_EQ(model.buffers[0].data[model.bufferViews[model.images[image].bufferView].byteOffset], 7);
+  EXPECT_NE(image, model.textures.at(model.materials[0].pbrMetallicRoughness.baseColorTexture.index).source);
+}
+
 TEST_P(GlbOf, EqualAvatarsGiveEqualBytes) {
   EXPECT_EQ(write_glb(avatar_), write_glb(avatar_of(body_)));
 }

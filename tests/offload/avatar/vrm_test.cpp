@@ -3,6 +3,7 @@
 
 #include "offload/avatar/rebind.h"
 #include "offload/body/t_pose.h"
+#include "tests/offload/avatar/vrm_rules.h"
 
 #include <gtest/gtest.h>
 #include <cstring>
@@ -62,6 +63,30 @@ TEST_F(Vrm, MakesPresetsOfTheShapesThatAreThere) {
   EXPECT_EQ(expressions.at("preset").at("blinkRight").at("morphTargetBinds").at(0).at("index"), 1);
   EXPECT_FALSE(expressions.at("preset").contains("aa"));
   EXPECT_EQ(expressions.at("custom").size(), 2U);
+}
+
+TEST_F(Vrm, KeepsTheRulesOfTheSpecification) {
+  EXPECT_EQ(vrm_faults(gltf()), std::vector<std::string>());
+}
+
+TEST_F(Vrm, TheRulesFindWhatIsWrong) {
+  using nlohmann::json;
+  const json good = gltf();
+  const auto faults_with = [&](const char* pointer, const json& value) {
+    json changed = good;
+    changed[json::json_pointer(std::string("/extensions/VRMC_vrm") + pointer)] = value;
+    return vrm_faults(changed).size();
+  };
+  const json hips = good["extensions"]["VRMC_vrm"]["humanoid"]["humanBones"]["hips"];
+  EXPECT_EQ(faults_with("/specVersion", "0.0"), 1U);
+  EXPECT_EQ(faults_with("/meta/authors", json::array()), 1U);
+  EXPECT_EQ(faults_with("/meta/licence", "mine"), 1U);
+  EXPECT_EQ(faults_with("/meta/modification", "ask"), 1U);
+  EXPECT_EQ(faults_with("/lookAt/type", "head"), 1U);
+  EXPECT_EQ(faults_with("/expressions/preset/blink/morphTargetBinds/0/index", 99), 1U);
+  EXPECT_EQ(faults_with("/expressions/preset/wink", json::object()), 1U);
+  EXPECT_GE(faults_with("/humanoid/humanBones/leftFoot", hips), 2U);  // one node twice, and not below its leg
+  EXPECT_GE(faults_with("/humanoid/humanBones/tail", hips), 1U);
 }
 
 TEST_F(Vrm, StandsInTheTPose) {

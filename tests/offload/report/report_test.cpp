@@ -3,12 +3,14 @@
 #include "common/geometry/colmap_model.h"
 #include "common/mesh/mesh_io.h"
 #include "common/render/rasterise.h"
+#include "offload/body/template.h"
 #include "offload/report/camera_plot.h"
 #include "offload/report/coverage_plot.h"
 #include "offload/report/pictures.h"
 #include "offload/report/report_facts.h"
 #include "offload/report/report_page.h"
 #include "offload/report/report_stage.h"
+#include "offload/report/texture_sources.h"
 #include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -169,6 +171,61 @@ TEST_F(Report, shows_every_part_there_is) {
   EXPECT_DOUBLE_EQ(report["seconds"], 5 * 61.5);
   EXPECT_EQ(report["avatar_bytes"], 4);
   EXPECT_EQ(report["warnings"].size(), 5u);  // few keyframes, unplaced, assumed height, built-in template, feet
+}
+
+TEST_F(Report, shows_where_the_texture_comes_from) {
+  for (const char* stage : {"fit", "texture"}) add_stage(stage);
+  const BodyTemplate body = built_in_template();
+  ASSERT_TRUE(write_template(body, root / "template.glb"));
+  ASSERT_TRUE(write_ply(body.mesh, bundle().work("fit") / "rest.ply"));
+  ASSERT_TRUE(write_ply(body.mesh, bundle().work("fit") / "posed.ply"));
+  const auto packed = read_template(root / "template.glb");
+  ASSERT_TRUE(packed);
+  ASSERT_TRUE(write_file(bundle().work("fit") / "fit.json",
+                         json{{"template", {{"name", "x"}, {"checksum", packed->checksum}}}}.dump()));
+  ASSERT_TRUE(write_file(bundle().work("texture") / "texture.json", R"({"share":{"within_45_deg":0.756},
+      "origins":{"within_45_deg":2},"views":[{"name":"a","texels":4},{"name":"b","texels":0},{"name":"c","texels":1}]})"));
+  for (const char* picture : {"albedo.png", "source.png"})
+    cv::imwrite((bundle().work("texture") / picture).string(), cv::Mat(64, 64, CV_8UC3, cv::Scalar(10, 200, 10)));
+  cv::imwrite((bundle().work("texture") / "origin.png").string(), cv::Mat(64, 64, CV_8U, cv::Scalar(2)));
+  StageContext context{bundle(), root / "out", report_stage().options};
+  context.options["template"] = (root / "template.glb").string();
+  ASSERT_TRUE(report_stage().run(context));
+  const std::string html = *read_file(root / "out" / "report.html");
+  EXPECT_EQ(first_fault(html), "");
+  for (const char* text :
+       {"Where the texture comes from", "75.6 % photographs that look straight", "The 2 photographs"})
+    EXPECT_NE(html.find(text), std::string::npos) << text;
+}
+
+TEST_F(Report, shows_the_end_of_a_failed_stages_log) {
+  std::filesystem::create_directories(bundle().root() / "work");
+  std::string log;
+  for (int i = 0; i < 1000; ++i) log += "line " + std::to_string(i) + "\n";
+  ASSERT_TRUE(write_file(bundle().work("fit.log"), log + "<b>out of memory\x1b\n"));
+  const std::string html = make_page();
+  EXPECT_EQ(first_fault(html), "");
+  EXPECT_NE(html.find("The last that stage fit said"), std::string::npos);
+  EXPECT_NE(html.find("&lt;b&gt;out of memory?"), std::string::npos);
+  EXPECT_EQ(html.find("line 100\n"), std::string::npos);
+}
+
+TEST(texture_sources, each_number_gets_its_kinds_colour) {
+  cv::Mat origin(1, 3, CV_8U, cv::Scalar(0));
+  origin.at<std::uint8_t>(0, 1) = 7;
+  origin.at<std::uint8_t>(0, 2) = 9;
+  const json texture = {{"origins", {{"within_45_deg", 7}, {"filled", 9}, {"unheard_of", 0}, {"mirrored", 700}}}};
+  const cv::Mat coloured = colour_origins(origin, texture);
+  const auto colour_of = [](std::string_view name) {
+    for (const OriginKind& kind : origin_kinds())
+      if (kind.name == name) return cv::Vec3b(kind.colour[2], kind.colour[1], kind.colour[0]);
+    return cv::Vec3b();
+  };
+  EXPECT_EQ(coloured.at<cv::Vec3b>(0, 0), cv::Vec3b(255, 255, 255));
+  EXPECT_EQ(coloured.at<cv::Vec3b>(0, 1), colour_of("within_45_deg"));
+  EXPECT_EQ(coloured.at<cv::Vec3b>(0, 2), colour_of("filled"));
+  EXPECT_TRUE(colour_origins(origin, json()).empty());
+  EXPECT_TRUE(colour_origins(cv::Mat(1, 1, CV_8UC3), texture).empty());
 }
 
 TEST_F(Report, says_in_words_what_the_scale_rests_on) {

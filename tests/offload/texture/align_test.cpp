@@ -61,6 +61,7 @@ class SwayingBall : public testing::Test {
 TEST_F(SwayingBall, IsBroughtTogether) {
   BakeOptions options;
   options.size = 512;
+  options.place = false;
   options.align = false;
   const auto apart = bake_texture(ball_, photos_, options, 2, silent);
   options.align = true;

@@ -40,11 +40,12 @@ class TextureStage : public testing::Test {
     ASSERT_TRUE(write_colmap_model(model, root_ / "work/cameras"));
   }
 
-  Result<nlohmann::json> run(int size) const {
+  Result<nlohmann::json> run(int size, const nlohmann::json& more = nlohmann::json::object()) const {
     const Stage stage = texture_stage();
     StageContext context{.bundle = Bundle(root_), .out = root_ / "work/texture", .options = stage.options};
     context.options["template"] = (root_ / "template.glb").string();
     context.options["size"] = size;
+    context.options.update(more);
     return stage.run(context);
   }
 
@@ -65,6 +66,20 @@ TEST_F(TextureStage, WritesTextureSourceAndFacts) {
   for (const auto& [name, value] : written.at("share").items()) total += value.get<double>();
   EXPECT_NEAR(total, 1.0, 1e-9);
   EXPECT_GT(written.at("share").at("within_45_deg").get<double>(), 0.3);
+}
+
+TEST_F(TextureStage, WritesAJpegWhenAskedTo) {
+  ASSERT_TRUE(run(1024));
+  const cv::Mat exact = cv::imread((root_ / "work/texture/albedo.png").string());
+  std::filesystem::remove(root_ / "work/texture/albedo.png");
+  ASSERT_TRUE(run(1024, {{"format", "jpeg"}}));
+  EXPECT_FALSE(std::filesystem::exists(root_ / "work/texture/albedo.png"));
+  const cv::Mat packed = cv::imread((root_ / "work/texture/albedo.jpg").string());
+  ASSERT_EQ(packed.size(), exact.size());
+  EXPECT_LT(cv::norm(packed, exact, cv::NORM_L1) / static_cast<double>(3 * exact.total()), 1.5);
+  const auto refused = run(1024, {{"format", "gif"}});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().exit_code(), 2);
 }
 
 TEST_F(TextureStage, RefusesOddSizes) {
