@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "common/http/token.h"
 #include "common/keys/keys.h"
 #include "offload/ingest/ingest_server.h"
 #include "offload/orbit.h"
+#include "offload/page/host_page.h"
+#include "offload/page/landmark_view.h"
 #include "offload/pipeline/local_executor.h"
 #include "offload/pipeline/runner.h"
 #include "offload/pipeline/slurm_executor.h"
@@ -9,6 +12,7 @@
 #include "offload/verbs.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <memory>
@@ -26,12 +30,64 @@ struct ServeFlags {
   RunnerOptions runner;
   std::string executor = "local";
   SlurmOptions slurm;
+  std::string page = "127.0.0.1:7480";
   PipelineFlags flags;
 };
 
 std::unique_ptr<Executor> make_executor(const ServeFlags& given) {
   if (given.executor == "slurm") return std::make_unique<SlurmExecutor>(given.slurm);
   return std::make_unique<LocalExecutor>();
+}
+
+// Points that were picked on the page count as --landmarks does.
+Result<PipelineOptions> options_of_scan(const ServeFlags& given, const Store& store, const Scan& scan) {
+  PipelineFlags flags = given.flags;
+  const std::filesystem::path picked = picked_file(store.bundle(scan.id));
+  std::error_code error;
+  if (std::filesystem::exists(picked, error)) flags.picked_landmarks = picked.string();
+  return pipeline_options(flags, scan.height_mm);
+}
+
+// ADDRESS:PORT, with brackets around an address that has colons itself. A token for whoever may connect from elsewhere
+// is made in the store.
+Result<HttpOptions> page_address(const ServeFlags& given) {
+  HttpOptions http;
+  const std::size_t colon = given.page.rfind(':');
+  const std::string port = colon == std::string::npos ? "" : given.page.substr(colon + 1);
+  if (port.empty() || port.size() > 5 || port.find_first_not_of("0123456789") != std::string::npos) {
+    return wrong_use("--page is not ADDRESS:PORT", given.page, "give 127.0.0.1:7480, say, or off");
+  }
+  http.address = given.page.substr(0, colon);
+  if (http.address.starts_with('[') && http.address.ends_with(']')) {
+    http.address = http.address.substr(1, http.address.size() - 2);
+  }
+  http.port = std::stoi(port);
+  if (is_loopback_address(http.address) || http.address == "localhost") return http;
+  Result<std::string> token = read_or_make_token(std::filesystem::path(given.store) / "page.token");
+  if (!token) return tl::unexpected(token.error());
+  http.token = std::move(*token);
+  return http;
+}
+
+ScanActions page_actions(Runner& runner) {
+  ScanActions actions;
+  actions.work = [&](const std::string& scan) -> std::optional<ScanWork> {
+    const Result<std::vector<ScanStatus>> all = runner.status();
+    if (!all) return std::nullopt;
+    const auto found = std::find_if(all->begin(), all->end(), [&](const ScanStatus& s) { return s.scan == scan; });
+    if (found == all->end() || found->state != StorePhase::running) return std::nullopt;
+    return ScanWork{found->stage, found->fraction, found->text};
+  };
+  actions.queued = [&](const std::string&) { runner.wake(); };
+  actions.cancel = [&](const std::string& scan) { return runner.cancel(scan); };
+  actions.rerun = [&](const std::string& scan, const nlohmann::json& options) { return runner.rerun(scan, options); };
+  actions.remove = [&](const std::string& scan) -> Result<void> {
+    const Result<DeletionReceipt> receipt = runner.delete_scan(scan);
+    if (!receipt) return tl::unexpected(receipt.error());
+    spdlog::info("scan {}: deleted from the page", scan);
+    return {};
+  };
+  return actions;
 }
 
 int serve(const ServeFlags& given) {
@@ -70,17 +126,28 @@ int serve(const ServeFlags& given) {
   events.failed = [&](const std::string& scan, const std::string& reason) {
     return server.publish_failure(scan, reason);
   };
-  events.options = [&](const Scan& scan) { return pipeline_options(given.flags, scan.height_mm); };
+  events.options = [&](const Scan& scan) { return options_of_scan(given, **store, scan); };
   runner = std::make_unique<Runner>(given.runner, **store, *executor, orbit_stages(), events);
   if (const Result<void> started = server.start(); !started) return report_error(started.error());
+  nlohmann::json ready = {{"endpoint", server.endpoint()}, {"public_key", keys->public_key}};
+  std::unique_ptr<HostPage> page;
+  if (given.page != "off") {
+    const Result<HttpOptions> http = page_address(given);
+    if (!http) return report_error(http.error());
+    page = std::make_unique<HostPage>(HostPageOptions{*http, options.reserve_bytes}, **store, orbit_stages(),
+                                      page_actions(*runner));
+    if (const Result<void> started = page->start(); !started) return report_error(started.error());
+    ready["page"] = page->server().url();
+  }
   runner->start();
-  std::printf("%s\n", nlohmann::json{{"endpoint", server.endpoint()}, {"public_key", keys->public_key}}.dump().c_str());
+  std::printf("%s\n", ready.dump().c_str());
   std::fflush(stdout);
   spdlog::info("serving on {}", server.endpoint());
 
   int signal = 0;
   ::sigwait(&signals, &signal);
   spdlog::info("stopping; scans in work continue with the next start");
+  if (page) page->stop();
   runner->stop();
   server.stop();
   return 0;
@@ -111,6 +178,10 @@ void add_serve_verb(CLI::App& app, Verb& run) {
   verb->add_option("--slurm-partition", flags->slurm.partition, "partition of those jobs; default: the cluster's");
   verb->add_option("--slurm-cores", flags->slurm.cores, "cores of a job that can use several")
       ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  verb->add_option("--page", flags->page,
+                   "where browsers find the page, ADDRESS:PORT; off: nowhere. From another machine it takes the token "
+                   "that the link printed at the start has")
       ->capture_default_str();
   add_pipeline_flags(*verb, flags->flags);
   verb->callback([flags, &run] { run = [flags] { return serve(*flags); }; });

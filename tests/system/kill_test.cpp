@@ -34,7 +34,7 @@ class Rig {
     fs::remove(root_ / "ready.json");
     host_ = std::make_unique<Running>(
         "gyre-offload",
-        std::vector<std::string>{"serve", "--store", at("host"), "--endpoint", endpoint_, "--texture-size", "1024"},
+        std::vector<std::string>{"serve", "--store", at("host"), "--endpoint", endpoint_, "--page", "off", "--texture-size", "1024"},
         root_ / "ready.json", root_ / "host.log");
     const json ready = json::parse(first_line(root_ / "ready.json", *host_));
     endpoint_ = ready.at("endpoint");
