@@ -43,8 +43,8 @@ class Ingest : public testing::Test {
   }
 
   Result<IngestedPass> ingest() const {
-    return ingest_capture(capture(), "body", bundle_, SelectionOptions::for_pass("body"),
-                          [](double, std::string_view) {}, cancel_);
+    return ingest_capture(
+        capture(), "body", bundle_, SelectionOptions::for_pass("body"), [](double, std::string_view) {}, cancel_);
   }
 
   // Writes what the caller of ingest_capture writes, and verifies the whole.
