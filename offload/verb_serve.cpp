@@ -71,12 +71,12 @@ Result<HttpOptions> page_address(const ServeFlags& given) {
 
 ScanActions page_actions(Runner& runner) {
   ScanActions actions;
-  actions.work = [&](const std::string& scan) -> std::optional<ScanWork> {
+  actions.work = [&](const std::string& scan) -> std::optional<ScanActivity> {
     const Result<std::vector<ScanStatus>> all = runner.status();
     if (!all) return std::nullopt;
     const auto found = std::find_if(all->begin(), all->end(), [&](const ScanStatus& s) { return s.scan == scan; });
     if (found == all->end() || found->state != StorePhase::running) return std::nullopt;
-    return ScanWork{found->stage, found->fraction, found->text};
+    return ScanActivity{found->stage, found->fraction, found->text};
   };
   actions.queued = [&](const std::string&) { runner.wake(); };
   actions.cancel = [&](const std::string& scan) { return runner.cancel(scan); };

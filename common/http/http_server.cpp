@@ -111,7 +111,8 @@ void send_file(const HttpResponse& from, httplib::Response& to) {
 }
 
 void send(const HttpResponse& from, httplib::Response& to) {
-  to.status = from.status;
+  // The library sets 200 or, for a part of a file, 206.
+  if (from.status != 200) to.status = from.status;
   for (const auto& [name, value] : from.headers) to.set_header(name, value);
   if (from.file.empty()) {
     to.set_content(from.body, from.type);

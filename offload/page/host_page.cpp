@@ -130,7 +130,7 @@ Result<StoredScan> HostPage::find(const std::string& id) const {
 }
 
 json HostPage::row_of(const StoredScan& scan) const {
-  const std::optional<ScanWork> importing = importer_.work(scan.id);
+  const std::optional<ScanActivity> importing = importer_.work(scan.id);
   return scan_row(store_, scan, importing ? importing : actions_.work(scan.id), importing.has_value());
 }
 

@@ -24,7 +24,7 @@ namespace gyre {
 
 // What the page asks of whoever works on scans. All may be called from several threads at once.
 struct ScanActions {
-  std::function<std::optional<ScanWork>(const std::string& scan)> work;
+  std::function<std::optional<ScanActivity>(const std::string& scan)> work;
   std::function<void(const std::string& scan)> queued;  // a job was queued
   std::function<Result<void>(const std::string& scan)> cancel;
   // stage_options: those that differ from what they were, checked.

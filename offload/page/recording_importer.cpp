@@ -56,11 +56,11 @@ Result<void> RecordingImporter::add(const std::string& id) {
   return {};
 }
 
-std::optional<ScanWork> RecordingImporter::work(const std::string& id) const {
+std::optional<ScanActivity> RecordingImporter::work(const std::string& id) const {
   const std::scoped_lock lock(mutex_);
   if (id == current_) return work_;
   const auto same = [&](const Upload& upload) { return upload.id == id; };
-  if (std::any_of(waiting_.begin(), waiting_.end(), same)) return ScanWork{"keyframes", 0.0, "waiting"};
+  if (std::any_of(waiting_.begin(), waiting_.end(), same)) return ScanActivity{"keyframes", 0.0, "waiting"};
   return std::nullopt;
 }
 

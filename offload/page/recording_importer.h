@@ -35,7 +35,7 @@ class RecordingImporter {
   // Puts the finished upload of that id into the store's list and imports it. The scan's id is the upload's.
   Result<void> add(const std::string& id);
   // What is being done to a scan that is not imported yet.
-  std::optional<ScanWork> work(const std::string& id) const;
+  std::optional<ScanActivity> work(const std::string& id) const;
   // The upload is not wanted any more; one that is being imported ends first.
   void drop(const std::string& id);
 
@@ -52,7 +52,7 @@ class RecordingImporter {
   std::condition_variable changed_;
   std::deque<Upload> waiting_;
   std::string current_;  // id
-  ScanWork work_;        // of the current one
+  ScanActivity work_;    // of the current one
   std::atomic<bool> cancelled_{false};
   bool stopping_ = false;
 };

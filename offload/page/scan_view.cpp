@@ -49,7 +49,7 @@ const std::vector<std::string>& result_names() {
   return names;
 }
 
-json scan_row(const Store& store, const StoredScan& scan, const std::optional<ScanWork>& work, bool importing) {
+json scan_row(const Store& store, const StoredScan& scan, const std::optional<ScanActivity>& work, bool importing) {
   const Bundle bundle = store.bundle(scan.id);
   std::error_code error;
   json files = json::array();

@@ -13,7 +13,7 @@
 namespace gyre {
 
 // What is being done to a scan just now.
-struct ScanWork {
+struct ScanActivity {
   std::string stage;
   double fraction = 0.0;
   std::string text;
@@ -23,7 +23,7 @@ struct ScanWork {
 const std::vector<std::string>& result_names();
 
 // A line of the list. importing: its keyframes are being selected from an upload.
-nlohmann::json scan_row(const Store& store, const StoredScan& scan, const std::optional<ScanWork>& work,
+nlohmann::json scan_row(const Store& store, const StoredScan& scan, const std::optional<ScanActivity>& work,
                         bool importing);
 
 // The row with stature, stages, options and warnings. stages: in the order they run.

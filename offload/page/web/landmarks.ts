@@ -76,7 +76,7 @@ class Picker {
     this.list.value = name;
     const why = this.view.missing[name];
     this.hint.textContent =
-      (why ? `${words(name)}: ${why} ` : "") + "Tap the place in two pictures or more, taken from different sides. Tap a mark to take it back.";
+      (why ? `${words(name)}: ${why.replace(/\.$/, "")}. ` : "") + "Tap the place in two pictures or more, taken from different sides. Tap a mark to take it back.";
     this.drawMarks();
   }
 

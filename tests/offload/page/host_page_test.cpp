@@ -33,7 +33,7 @@ class HostPageTest : public ::testing::Test {
   void open_page() {
     ScanActions actions;
     actions.work = [this](const std::string& scan) {
-      return scan == scan_ ? std::optional(ScanWork{"cloud", 0.25, "depth"}) : std::nullopt;
+      return scan == scan_ ? std::optional(ScanActivity{"cloud", 0.25, "depth"}) : std::nullopt;
     };
     actions.queued = [this](const std::string& scan) { queued_.set_value(scan); };
     actions.cancel = [](const std::string&) -> Result<void> { return fail("it has no job"); };
