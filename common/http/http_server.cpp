@@ -166,7 +166,7 @@ class HttpServer::Impl {
         if (!response.has_header(name)) response.set_header(name, value);
       }
     });
-    server_.set_exception_handler([](const httplib::Request&, httplib::Response& response, std::exception_ptr) {
+    server_.set_exception_handler([](const httplib::Request&, httplib::Response& response, const std::exception_ptr&) {
       send(error_response(500, "the request could not be answered"), response);
     });
   }
