@@ -32,10 +32,10 @@ class Rig {
 
   void start_host() {
     fs::remove(root_ / "ready.json");
-    host_ = std::make_unique<Running>(
-        "gyre-offload",
-        std::vector<std::string>{"serve", "--store", at("host"), "--endpoint", endpoint_, "--page", "off", "--texture-size", "1024"},
-        root_ / "ready.json", root_ / "host.log");
+    host_ = std::make_unique<Running>("gyre-offload",
+                                      std::vector<std::string>{"serve", "--store", at("host"), "--endpoint", endpoint_,
+                                                               "--page", "off", "--texture-size", "1024"},
+                                      root_ / "ready.json", root_ / "host.log");
     const json ready = json::parse(first_line(root_ / "ready.json", *host_));
     endpoint_ = ready.at("endpoint");
     public_key_ = ready.at("public_key");

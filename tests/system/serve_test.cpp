@@ -22,9 +22,10 @@ class ServeTest : public testing::Test {
   void start_host() {
     fs::create_directories(root_ / "host");
     fs::remove(root_ / "ready.json");
-    host_ = std::make_unique<Running>(
-        "gyre-offload", std::vector<std::string>{"serve", "--store", at("host"), "--endpoint", "tcp://127.0.0.1:*", "--page", "127.0.0.1:0"},
-        root_ / "ready.json", root_ / "host.log");
+    host_ = std::make_unique<Running>("gyre-offload",
+                                      std::vector<std::string>{"serve", "--store", at("host"), "--endpoint",
+                                                               "tcp://127.0.0.1:*", "--page", "127.0.0.1:0"},
+                                      root_ / "ready.json", root_ / "host.log");
     ready_ = json::parse(first_line(root_ / "ready.json", *host_));
   }
   std::string at(const std::string& name) const { return (root_ / name).string(); }
