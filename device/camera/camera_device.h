@@ -82,12 +82,15 @@ class CameraDevice {
   virtual CameraCounters counters() const { return {}; }
 
   // Whether recall() still has a frame. Of a recording it has all, of a live camera few or none.
-  virtual bool recallable(int) const { return true; }
+  virtual bool recallable(int) const { return !info().live; }
 
   // Delivers frames of the last recording once more, after it was stopped. indices: ascending. An error of `take` ends
-  // it and is returned.
+  // it and is returned. A camera has no recording unless it says so.
   virtual Result<void> recall(const std::vector<int>& indices,
-                              const std::function<Result<void>(const Frame&)>& take) = 0;
+                              const std::function<Result<void>(const Frame&)>& /*take*/) {
+    if (indices.empty()) return {};
+    return fail("a live camera has no recording", info().name);
+  }
 };
 
 // Opens a camera by its name, see camera_name.h. Recordings are played at their pace or as fast as frames are asked

@@ -173,12 +173,6 @@ class FaultyReplay::Handle : public CameraDevice {
   }
 
   CameraCounters counters() const override { return counters_; }
-  bool recallable(int) const override { return false; }
-
-  Result<void> recall(const std::vector<int>& indices, const std::function<Result<void>(const Frame&)>&) override {
-    if (indices.empty()) return {};
-    return fail("a live camera has no recording", info_.name);
-  }
 
  private:
   std::shared_ptr<Rig> rig_;

@@ -421,7 +421,6 @@ class LibcameraCamera : public CameraDevice {
 
   CameraLock locked() const override { return lock_; }
   std::optional<double> clock_offset() const override { return clock_.offset(); }
-  bool recallable(int) const override { return false; }
 
   CameraCounters counters() const override {
     CameraCounters counters = opened_ ? opened_->arrivals.counters() : counters_;
@@ -430,11 +429,6 @@ class LibcameraCamera : public CameraDevice {
       counters.missed = counters_.missed;
     }
     return counters;
-  }
-
-  Result<void> recall(const std::vector<int>& indices, const std::function<Result<void>(const Frame&)>&) override {
-    if (indices.empty()) return {};
-    return fail("a live camera has no recording", info_.name);
   }
 
  private:

@@ -113,12 +113,6 @@ class V4l2Camera : public CameraDevice {
   CameraLock locked() const override { return lock_; }
   std::optional<double> clock_offset() const override { return clock_.offset(); }
   CameraCounters counters() const override { return counters_; }
-  bool recallable(int) const override { return false; }
-
-  Result<void> recall(const std::vector<int>& indices, const std::function<Result<void>(const Frame&)>&) override {
-    if (indices.empty()) return {};
-    return fail("a live camera has no recording", info_.name);
-  }
 
  private:
   Result<void> queue(int buffer) {
