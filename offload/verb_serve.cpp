@@ -12,7 +12,6 @@
 #include "offload/verbs.h"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <memory>
@@ -71,12 +70,12 @@ Result<HttpOptions> page_address(const ServeFlags& given) {
 
 ScanActions page_actions(Runner& runner) {
   ScanActions actions;
-  actions.work = [&](const std::string& scan) -> std::optional<ScanActivity> {
-    const Result<std::vector<ScanStatus>> all = runner.status();
-    if (!all) return std::nullopt;
-    const auto found = std::find_if(all->begin(), all->end(), [&](const ScanStatus& s) { return s.scan == scan; });
-    if (found == all->end() || found->state != StorePhase::running) return std::nullopt;
-    return ScanActivity{found->stage, found->fraction, found->text};
+  actions.work = [&] {
+    std::map<std::string, ScanActivity> work;
+    for (const ScanStatus& one : runner.status().value_or(std::vector<ScanStatus>())) {
+      if (one.state == StorePhase::running) work[one.scan] = {one.stage, one.fraction, one.text};
+    }
+    return work;
   };
   actions.queued = [&](const std::string&) { runner.wake(); };
   actions.cancel = [&](const std::string& scan) { return runner.cancel(scan); };

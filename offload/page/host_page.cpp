@@ -109,9 +109,10 @@ void HostPage::watch() {
 void HostPage::publish_changes() {
   const Result<std::vector<StoredScan>> scans = store_.scans();
   if (!scans) return;
+  const std::map<std::string, ScanActivity> work = actions_.work();
   std::map<std::string, json> now;
   for (const StoredScan& scan : *scans) {
-    json row = row_of(scan);
+    json row = row_of(scan, work);
     const auto before = told_.find(scan.id);
     if (before == told_.end() || before->second != row) events_.publish("scan", row.dump());
     now.emplace(scan.id, std::move(row));
@@ -129,16 +130,19 @@ Result<StoredScan> HostPage::find(const std::string& id) const {
   return **scan;
 }
 
-json HostPage::row_of(const StoredScan& scan) const {
+json HostPage::row_of(const StoredScan& scan, const std::map<std::string, ScanActivity>& work) const {
   const std::optional<ScanActivity> importing = importer_.work(scan.id);
-  return scan_row(store_, scan, importing ? importing : actions_.work(scan.id), importing.has_value());
+  if (importing) return scan_row(store_, scan, importing, true);
+  const auto found = work.find(scan.id);
+  return scan_row(store_, scan, found == work.end() ? std::nullopt : std::optional(found->second), false);
 }
 
 json HostPage::rows() const {
   json rows = json::array();
   const Result<std::vector<StoredScan>> scans = store_.scans();
   if (!scans) return rows;
-  for (const StoredScan& scan : *scans) rows.push_back(row_of(scan));
+  const std::map<std::string, ScanActivity> work = actions_.work();
+  for (const StoredScan& scan : *scans) rows.push_back(row_of(scan, work));
   return rows;
 }
 
@@ -152,7 +156,7 @@ void HostPage::add_scan_routes() {
   server_.get(scan, [this](const HttpRequest& request) {
     const Result<StoredScan> found = find(request.parts[0]);
     if (!found) return error_response(404, found.error().message());
-    return json_response(scan_details(store_, row_of(*found), found->id, stages_));
+    return json_response(scan_details(store_, row_of(*found, actions_.work()), found->id, stages_));
   });
   server_.post(scan + "/cancel",
                [this](const HttpRequest& request) { return answer(actions_.cancel(request.parts[0])); });
@@ -160,7 +164,7 @@ void HostPage::add_scan_routes() {
     const Result<json> body = json_of(request);
     if (!body) return error_response(body.error());
     const json options = body->value("options", json::object());
-    if (const Result<void> valid = check_stage_options(options, stages_); !valid) return error_response(valid.error());
+    if (const Result<void> valid = check_page_options(options, stages_); !valid) return error_response(valid.error());
     return answer(actions_.rerun(request.parts[0], options));
   });
   server_.remove(scan, [this](const HttpRequest& request) {

@@ -24,8 +24,8 @@ namespace gyre {
 
 // What the page asks of whoever works on scans. All may be called from several threads at once.
 struct ScanActions {
-  std::function<std::optional<ScanActivity>(const std::string& scan)> work;
-  std::function<void(const std::string& scan)> queued;  // a job was queued
+  std::function<std::map<std::string, ScanActivity>()> work;  // of all scans that are worked on
+  std::function<void(const std::string& scan)> queued;        // a job was queued
   std::function<Result<void>(const std::string& scan)> cancel;
   // stage_options: those that differ from what they were, checked.
   std::function<Result<void>(const std::string& scan, const nlohmann::json& stage_options)> rerun;
@@ -61,7 +61,7 @@ class HostPage {
   void publish_changes();
 
   Result<StoredScan> find(const std::string& id) const;
-  nlohmann::json row_of(const StoredScan& scan) const;
+  nlohmann::json row_of(const StoredScan& scan, const std::map<std::string, ScanActivity>& work) const;
   nlohmann::json rows() const;
   HttpResponse answer(const Result<void>& done) const;
 

@@ -2,6 +2,7 @@
 #include "offload/page/scan_view.h"
 
 #include "common/bundle/atomic_file.h"
+#include "offload/pipeline/pipeline.h"
 
 #include <algorithm>
 
@@ -86,20 +87,18 @@ json scan_details(const Store& store, const json& row, const std::string& id, co
   return view;
 }
 
-Result<void> check_stage_options(const json& options, const std::vector<Stage>& stages) {
+Result<void> check_page_options(const json& options, const std::vector<Stage>& stages) {
   if (!options.is_object()) return wrong_use("options are an object of stages", "", "send {\"stage\": {...}}");
-  for (const auto& [name, given] : options.items()) {
-    const auto stage =
-        std::find_if(stages.begin(), stages.end(), [&, &wanted = name](const Stage& s) { return s.name == wanted; });
-    if (stage == stages.end() || !given.is_object()) return wrong_use("no such stage", name);
+  if (const Result<void> known = check_stage_options(stages, options); !known) return known;
+  for (const Stage& stage : stages) {
+    const json given = options.value(stage.name, json::object());
     for (const auto& [option, value] : given.items()) {
-      if (!stage->options.contains(option)) return wrong_use("no such option", name + "." + option);
-      if (!is_settable(*stage, option)) {
-        return wrong_use("an option that names a file is not set from the page", name + "." + option,
+      if (!is_settable(stage, option)) {
+        return wrong_use("an option that names a file is not set from the page", stage.name + "." + option,
                          "start gyre-offload with it");
       }
-      if (!same_type(value, stage->options.at(option))) {
-        return wrong_use("an option has a value of the wrong kind", name + "." + option);
+      if (!same_type(value, stage.options.at(option))) {
+        return wrong_use("an option has a value of the wrong kind", stage.name + "." + option);
       }
     }
   }

@@ -32,6 +32,6 @@ nlohmann::json scan_details(const Store& store, const nlohmann::json& row, const
 
 // Checks options that somebody wants a scan run again with: {"stage": {"option": value}}. Errors (wrong use): an
 // unknown stage or option, a value of another type than the default, or an option that names a file of this machine.
-Result<void> check_stage_options(const nlohmann::json& options, const std::vector<Stage>& stages);
+Result<void> check_page_options(const nlohmann::json& options, const std::vector<Stage>& stages);
 
 }  // namespace gyre

@@ -32,9 +32,7 @@ class HostPageTest : public ::testing::Test {
 
   void open_page() {
     ScanActions actions;
-    actions.work = [this](const std::string& scan) {
-      return scan == scan_ ? std::optional(ScanActivity{"cloud", 0.25, "depth"}) : std::nullopt;
-    };
+    actions.work = [this] { return std::map<std::string, ScanActivity>{{scan_, {"cloud", 0.25, "depth"}}}; };
     actions.queued = [this](const std::string& scan) { queued_.set_value(scan); };
     actions.cancel = [](const std::string&) -> Result<void> { return fail("it has no job"); };
     actions.rerun = [this](const std::string& scan, const json& options) -> Result<void> {

@@ -17,21 +17,21 @@ std::vector<Stage> stages() {
 }
 
 TEST(StageOptions, AreTakenWhenTheyFit) {
-  EXPECT_TRUE(check_stage_options(json::object(), stages()));
-  EXPECT_TRUE(check_stage_options({{"texture", {{"size", 1024}, {"blend", false}, {"kind", "jpeg"}}}}, stages()));
-  EXPECT_TRUE(check_stage_options({{"texture", {{"size", 1024.0}}}}, stages()));
+  EXPECT_TRUE(check_page_options(json::object(), stages()));
+  EXPECT_TRUE(check_page_options({{"texture", {{"size", 1024}, {"blend", false}, {"kind", "jpeg"}}}}, stages()));
+  EXPECT_TRUE(check_page_options({{"texture", {{"size", 1024.0}}}}, stages()));
 }
 
 TEST(StageOptions, ThatDoNotFitAreRefused) {
   for (const json& options : {json::array(), json{{"shape", json::object()}}, json{{"texture", 1}},
                               json{{"texture", {{"unknown", 1}}}}, json{{"texture", {{"size", "big"}}}},
                               json{{"texture", {{"blend", 1}}}}, json{{"texture", {{"kind", nullptr}}}}}) {
-    EXPECT_FALSE(check_stage_options(options, stages())) << options;
+    EXPECT_FALSE(check_page_options(options, stages())) << options;
   }
 }
 
 TEST(StageOptions, ThatNameFilesAreNotForThePage) {
-  const Result<void> checked = check_stage_options({{"texture", {{"network", "/etc/passwd"}}}}, stages());
+  const Result<void> checked = check_page_options({{"texture", {{"network", "/etc/passwd"}}}}, stages());
   ASSERT_FALSE(checked);
   EXPECT_EQ(checked.error().kind, Error::Kind::usage);
 }
