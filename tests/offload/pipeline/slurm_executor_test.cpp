@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 // A queue is a folder; of each job it holds id.name, id.state and, while it runs, id.pid.
 constexpr const char* sbatch_script = R"sh(#!/bin/bash
 q=$(dirname "$0")/queue
-set_state() { echo "$1" >"$q/$id.new" && mv "$q/$id.new" "$q/$id.state"; }
+set_state() { echo "$1" >"$q/$id.$BASHPID" && mv "$q/$id.$BASHPID" "$q/$id.state"; }
 id=$(($(ls "$q" | grep -c '[.]name$') + 100))
 for word in "$@"; do
   case $word in
@@ -61,7 +61,7 @@ echo "JobId=$4 JobName=$(cat "$q/$4.name") JobState=$(cat "$q/$4.state") Reason=
 )sh";
 constexpr const char* scancel_script = R"sh(#!/bin/bash
 q=$(dirname "$0")/queue
-set_state() { echo "$1" >"$q/$id.new" && mv "$q/$id.new" "$q/$id.state"; }
+set_state() { echo "$1" >"$q/$id.$BASHPID" && mv "$q/$id.$BASHPID" "$q/$id.state"; }
 for id in "$@"; do
   [ -e "$q/$id.state" ] && grep -qE 'PENDING|RUNNING' "$q/$id.state" || continue
   set_state CANCELLED
