@@ -110,14 +110,22 @@ void HostPage::publish_changes() {
   const Result<std::vector<StoredScan>> scans = store_.scans();
   if (!scans) return;
   const std::map<std::string, ScanActivity> work = actions_.work();
-  std::map<std::string, json> now;
+  std::map<std::string, Told> now;
   for (const StoredScan& scan : *scans) {
-    json row = row_of(scan, work);
     const auto before = told_.find(scan.id);
-    if (before == told_.end() || before->second != row) events_.publish("scan", row.dump());
-    now.emplace(scan.id, std::move(row));
+    const bool in_work =
+        scan.phase == StorePhase::receiving || work.contains(scan.id) || importer_.work(scan.id).has_value();
+    // Files of a scan change while it is in work, and a last time when that ends; looking at them all always would not
+    // do for a thousand scans.
+    if (before != told_.end() && !in_work && !before->second.in_work && before->second.scan == scan) {
+      now.insert(told_.extract(before));
+      continue;
+    }
+    json row = row_of(scan, work);
+    if (before == told_.end() || before->second.row != row) events_.publish("scan", row.dump());
+    now.emplace(scan.id, Told{scan, std::move(row), in_work});
   }
-  for (const auto& [id, row] : told_) {
+  for (const auto& [id, told] : told_) {
     if (!now.contains(id)) events_.publish("deleted", json{{"id", id}}.dump());
   }
   told_ = std::move(now);
@@ -179,18 +187,20 @@ void HostPage::add_scan_routes() {
 void HostPage::add_file_routes() {
   const std::string scan = "/scans/" + scan_pattern;
   // Only names that are known, so that no path leads anywhere else.
-  server_.get(scan + "/(avatar\\.(?:glb|vrm|fbx)|report\\.(?:html|json))", [this](const HttpRequest& request) {
-    if (!find(request.parts[0])) return error_response(404, "there is no such scan");
-    const std::string& name = request.parts[1];
-    HttpResponse response;
-    response.type = type_of(name);
-    response.file = store_.bundle(request.parts[0]).root() / name;
-    if (name == "report.html") response.headers["Content-Security-Policy"] = report_policy;
-    if (request.query.contains("download")) {
-      response.headers["Content-Disposition"] = "attachment; filename=\"" + request.parts[0] + "-" + name + "\"";
-    }
-    return response;
-  });
+  server_.get(scan + "/(avatar(?:-50|-25)?\\.glb|avatar\\.(?:vrm|fbx)|report\\.(?:html|json))",
+              [this](const HttpRequest& request) {
+                if (!find(request.parts[0])) return error_response(404, "there is no such scan");
+                const std::string& name = request.parts[1];
+                HttpResponse response;
+                response.type = type_of(name);
+                response.file = result_file(store_.bundle(request.parts[0]), name);
+                if (name == "report.html") response.headers["Content-Security-Policy"] = report_policy;
+                if (request.query.contains("download")) {
+                  response.headers["Content-Disposition"] =
+                      "attachment; filename=\"" + request.parts[0] + "-" + name + "\"";
+                }
+                return response;
+              });
   server_.get(scan + "/frames/([a-z]{1,16}-[0-9]{6}\\.jpg)", [this](const HttpRequest& request) {
     if (!find(request.parts[0])) return error_response(404, "there is no such scan");
     const std::filesystem::path file = store_.bundle(request.parts[0]).frames() / request.parts[1];

@@ -45,9 +45,14 @@ bool same_type(const json& value, const json& preset) {
 }  // namespace
 
 const std::vector<std::string>& result_names() {
-  static const std::vector<std::string> names = {"avatar.glb", "avatar.vrm", "avatar.fbx", "report.html",
-                                                 "report.json"};
+  static const std::vector<std::string> names = {"avatar.glb",    "avatar.vrm",  "avatar.fbx", "avatar-50.glb",
+                                                 "avatar-25.glb", "report.html", "report.json"};
   return names;
+}
+
+fs::path result_file(const Bundle& bundle, const std::string& name) {
+  const bool is_level = name == "avatar-50.glb" || name == "avatar-25.glb";
+  return (is_level ? bundle.work("avatar") : bundle.root()) / name;
 }
 
 json scan_row(const Store& store, const StoredScan& scan, const std::optional<ScanActivity>& work, bool importing) {
@@ -55,7 +60,7 @@ json scan_row(const Store& store, const StoredScan& scan, const std::optional<Sc
   std::error_code error;
   json files = json::array();
   for (const std::string& name : result_names()) {
-    if (fs::exists(bundle.root() / name, error)) files.push_back(name);
+    if (fs::exists(result_file(bundle, name), error)) files.push_back(name);
   }
   const Result<std::vector<FrameId>> frames = list_frames(bundle);
   const std::size_t count = frames ? frames->size() : 0;
@@ -97,7 +102,7 @@ Result<void> check_page_options(const json& options, const std::vector<Stage>& s
         return wrong_use("an option that names a file is not set from the page", stage.name + "." + option,
                          "start gyre-offload with it");
       }
-      if (!same_type(value, stage.options.at(option))) {
+      if (!value.is_null() && !same_type(value, stage.options.at(option))) {
         return wrong_use("an option has a value of the wrong kind", stage.name + "." + option);
       }
     }

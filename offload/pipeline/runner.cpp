@@ -73,7 +73,7 @@ class Runner::Worker {
   void wake();
   Result<std::vector<ScanStatus>> status() const;
   Result<void> cancel(const std::string& scan_id);
-  Result<void> rerun(const std::string& scan_id, const json& stage_options);
+  Result<void> rerun(const std::string& scan_id, const json& changes);
   Result<DeletionReceipt> delete_scan(const std::string& scan_id);
 
  private:
@@ -314,10 +314,10 @@ Result<void> Runner::Worker::cancel(const std::string& scan_id) {
   return events_.failed(scan_id, cancelled_by_user);
 }
 
-Result<void> Runner::Worker::rerun(const std::string& scan_id, const json& stage_options) {
-  if (Result<void> known = check_stage_options(stages_, stage_options); !known) return known;
-  const json kept = stage_options.is_null() ? json::object() : stage_options;
-  if (Result<void> queued = store_.retry_job(scan_id, kept.dump()); !queued) return queued;
+Result<void> Runner::Worker::rerun(const std::string& scan_id, const json& changes) {
+  if (Result<void> known = check_stage_options(stages_, changes); !known) return known;
+  const std::string patch = changes.is_null() ? "{}" : changes.dump();
+  if (Result<void> queued = store_.retry_job(scan_id, patch); !queued) return queued;
   wake();
   return {};
 }
@@ -351,8 +351,8 @@ Result<std::vector<ScanStatus>> Runner::status() const {
 Result<void> Runner::cancel(const std::string& scan_id) {
   return worker_->cancel(scan_id);
 }
-Result<void> Runner::rerun(const std::string& scan_id, const nlohmann::json& stage_options) {
-  return worker_->rerun(scan_id, stage_options);
+Result<void> Runner::rerun(const std::string& scan_id, const nlohmann::json& changes) {
+  return worker_->rerun(scan_id, changes);
 }
 Result<DeletionReceipt> Runner::delete_scan(const std::string& scan_id) {
   return worker_->delete_scan(scan_id);

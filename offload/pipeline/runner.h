@@ -72,8 +72,9 @@ class Runner {
 
   // Ends the job of a queued or running scan for good; it is failed then. Returns when that is so.
   Result<void> cancel(const std::string& scan_id);
-  // Queues a done or failed scan again. stage_options: stage name -> options that differ, kept with the job.
-  Result<void> rerun(const std::string& scan_id, const nlohmann::json& stage_options = nlohmann::json::object());
+  // Queues a done or failed scan again. changes: stage name -> options that differ from what the scan was last run
+  // with, null for one that goes back to its default; kept with the job.
+  Result<void> rerun(const std::string& scan_id, const nlohmann::json& changes = nlohmann::json::object());
   // Deletes a scan from the store, and cancels its job before when it has one.
   Result<DeletionReceipt> delete_scan(const std::string& scan_id);
 

@@ -58,12 +58,14 @@ Result<void> Store::queue_job(const std::string& scan_id) {
              std::string_view(scan_id));
 }
 
-Result<void> Store::retry_job(const std::string& scan_id, const std::string& options) {
+Result<void> Store::retry_job(const std::string& scan_id, const std::string& changes) {
   const std::lock_guard guard(mutex_);
   if (const Result<StorePhase> next = step(scan_id, ScanEvent::retried); !next) return tl::unexpected(next.error());
-  return run(*database_,
-             "UPDATE jobs SET phase = 'queued', reason = '', tries = 0, not_before = 0, options = ? WHERE scan = ?",
-             std::string_view(options), std::string_view(scan_id));
+  return run(
+      *database_,
+      "UPDATE jobs SET phase = 'queued', reason = '', tries = 0, not_before = 0, options = json_patch(options, ?) "
+      "WHERE scan = ?",
+      std::string_view(changes), std::string_view(scan_id));
 }
 
 Result<std::optional<StoredJob>> Store::take_job(WallTime now, std::chrono::milliseconds lease,

@@ -42,6 +42,7 @@ struct StoredScan {
   std::string reason;      // why the job failed
   bool delivered = false;  // the device has all results
   WallTime delivered_at{};
+  bool operator==(const StoredScan&) const = default;
 };
 
 struct StoredJob {
@@ -115,9 +116,9 @@ class Store {
   Result<void> finish_job(const std::string& scan_id, const std::vector<StoredFile>& results);
   // Of a scan that is still received: its files are no usable bundle. Else: its job failed or was cancelled.
   Result<void> fail_job(const std::string& scan_id, const std::string& reason);
-  // A job that is done or failed is queued again with those options of stages (a JSON object); its results stay until
-  // it has others.
-  Result<void> retry_job(const std::string& scan_id, const std::string& options = "{}");
+  // A job that is done or failed is queued again. changes: to its options of stages, a merge patch (RFC 7396). Its
+  // results stay until it has others.
+  Result<void> retry_job(const std::string& scan_id, const std::string& changes = "{}");
   Result<std::vector<StoredFile>> results(const std::string& scan_id) const;  // by name
   Result<void> set_delivered(const std::string& scan_id, WallTime now = wall_time_now());
 

@@ -219,6 +219,13 @@ TEST(Store, AJobKeepsTheOptionsItIsRunAgainWith) {
   const StoredJob job = *store->take_job().value();
   EXPECT_EQ(job.options, R"({"cloud":{"voxel_mm":3}})");
   EXPECT_EQ(job.tries, 1);
+  // Run again with other changes: the earlier ones hold until they are taken back.
+  ASSERT_TRUE(store->finish_job(id, {}));
+  ASSERT_TRUE(store->retry_job(id, R"({"texture":{"size":1024}})"));
+  EXPECT_EQ(store->jobs()->front().options, R"({"cloud":{"voxel_mm":3},"texture":{"size":1024}})");
+  ASSERT_TRUE(store->finish_job(store->take_job().value()->scan, {}));
+  ASSERT_TRUE(store->retry_job(id, R"({"cloud":{"voxel_mm":null}})"));
+  EXPECT_EQ(store->jobs()->front().options, R"({"cloud":{},"texture":{"size":1024}})");
 }
 
 TEST(Store, AFailedJobKeepsItsReason) {
