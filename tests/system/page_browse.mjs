@@ -44,7 +44,7 @@ async function send(page, seen) {
   await page.getByText("No scans yet").waitFor();
   seen.faults.empty = await seriousFaults(page);
 
-  await page.getByText("Add a recording").click();
+  await page.getByText("Add a recording", { exact: true }).click();
   await page.locator('input[name="body"]').setInputFiles(video);
   await page.locator('input[name="height_mm"]').fill(height);
   seen.faults.upload = await seriousFaults(page);
@@ -74,7 +74,7 @@ async function walk(page, seen) {
   await page.getByRole("button", { name: "Face" }).click();
   await drawn(page);
   await picture(page, "face");
-  await page.getByText("Expressions").click();
+  await page.getByText("Expressions", { exact: true }).click();
   seen.expressions = await page.locator("input[data-expression]").count();
   await page.locator('input[data-expression="jawOpen"]').fill("1");
   await drawn(page);
