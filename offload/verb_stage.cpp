@@ -39,6 +39,7 @@ int run_stage(const StageFlags& given) {
     return report_error(wrong_use("no such stage", given.name, "see `gyre-offload stage --help`").value());
   const Bundle bundle(given.bundle);
   if (!given.worker.empty()) {
+    if (const Result<Scan> scan = read_scan(bundle)) set_log_scan(scan->id);
     StageContext context{bundle,
                          given.worker,
                          nlohmann::json::parse(given.options_json, nullptr, false),
