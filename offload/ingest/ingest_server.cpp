@@ -58,6 +58,7 @@ class IngestServer::Worker {
   Result<void> start();
   void stop();
   std::string endpoint() const { return endpoint_; }
+  const LinkBoard& board() const { return board_; }
 
   void post(const wire::StageProgress& progress) {
     const std::lock_guard lock(mutex_);
@@ -80,6 +81,7 @@ class IngestServer::Worker {
   IngestOptions options_;
   Store& store_;
   std::function<void(const std::string&)> on_queued_;
+  LinkBoard board_;
   std::unique_ptr<zmq::context_t> context_;
   std::unique_ptr<ZapHandler> zap_;
   std::unique_ptr<zmq::socket_t> socket_;
@@ -98,7 +100,7 @@ Result<void> IngestServer::Worker::start() {
   stopping_ = false;
   try {
     context_ = std::make_unique<zmq::context_t>();
-    zap_ = std::make_unique<ZapHandler>(*context_, options_.allow_list);
+    zap_ = std::make_unique<ZapHandler>(*context_, options_.allow_list, board_.counts);
     socket_ = std::make_unique<zmq::socket_t>(*context_, zmq::socket_type::router);
     configure_host_socket(*socket_, options_.keys);
     socket_->bind(options_.endpoint);
@@ -131,7 +133,8 @@ void IngestServer::Worker::serve() {
   Desk desk(
       {options_.credit_bytes, options_.max_file_bytes, options_.silence_timeout, options_.reserve_bytes}, store_,
       [&](const std::string& key) { return allowed.contains(key); },
-      [this](const std::string& peer, wire::Message message) { return send(peer, std::move(message)); }, on_queued_);
+      [this](const std::string& peer, wire::Message message) { return send(peer, std::move(message)); }, on_queued_,
+      board_);
   while (true) {
     std::array<zmq::pollitem_t, 2> items = {
         {{socket_->handle(), 0, ZMQ_POLLIN, 0}, {nullptr, wakeup_.descriptor(), ZMQ_POLLIN, 0}}};
@@ -195,6 +198,10 @@ void IngestServer::stop() {
 }
 std::string IngestServer::endpoint() const {
   return worker_->endpoint();
+}
+
+const LinkBoard& IngestServer::board() const {
+  return worker_->board();
 }
 
 void IngestServer::publish_progress(const std::string& scan_id, const std::string& stage, double fraction,
