@@ -32,8 +32,8 @@ struct Conversation::Handler {
     return {};
   }
   Result<void> operator()(const wire::ScanState& m) const {
-    const Result<void> done = it.upload_.on(m);
-    if (m.phase == wire::ScanPhase::refused) it.events_.scan_refused(m.scan, m.text);
+    const Result<void> done = it.upload_.on(m, Clock::now());
+    it.events_.scan_refused(m.scan, m.phase == wire::ScanPhase::refused ? m.text : "");
     it.events_.changed();
     return done;
   }
@@ -67,7 +67,7 @@ Conversation::Conversation(zmq::context_t& context, const UplinkOptions& options
       counts_(counts),
       events_(std::move(events)),
       socket_(std::make_unique<zmq::socket_t>(context, zmq::socket_type::dealer)),
-      upload_(spool, options.limit_bytes_per_s),
+      upload_(spool, options.limit_bytes_per_s, options.refused_retry),
       ping_interval_(options.ping_interval) {
   configure_device_socket(*socket_, options.keys, options.host_public_key);
   monitor_ = std::make_unique<ConnectionMonitor>(context, *socket_);

@@ -32,7 +32,7 @@ struct Ending {
 struct ConversationEvents {
   std::function<void()> connected;
   std::function<void()> changed;  // a scan of the spool is in another state
-  std::function<void(const std::string& scan_id, const std::string& reason)> scan_refused;
+  std::function<void(const std::string& scan_id, const std::string& reason)> scan_refused;  // empty: taken
   std::function<void(const wire::StageProgress& progress)> progress;
 };
 

@@ -45,6 +45,7 @@ Result<void> UplinkOptions::check() const {
   if (!is_public_key(keys.public_key)) return wrong_use("this device has no key pair", "", "pair it with the host");
   if (!(limit_bytes_per_s >= 0.0)) return wrong_use("limit_bytes_per_s is negative");
   if (reconnect_min.count() <= 0 || reconnect_max < reconnect_min) return wrong_use("reconnect_min and reconnect_max");
+  if (refused_retry.count() <= 0) return wrong_use("refused_retry");
   if (ping_interval.count() <= 0 || silence_timeout <= ping_interval)
     return wrong_use("ping_interval, silence_timeout");
   return {};
@@ -124,7 +125,15 @@ void Uplink::Worker::run() {
           change([&] { status_ = {LinkStatus::Phase::connected, "connected to " + options_.host}; });
         },
         [&] { change([] {}); },
-        [&](const std::string& scan, const std::string& reason) { change([&] { refused_[scan] = reason; }); },
+        [&](const std::string& scan, const std::string& reason) {
+          change([&] {
+            if (reason.empty()) {
+              refused_.erase(scan);
+            } else {
+              refused_[scan] = reason;
+            }
+          });
+        },
         [&](const wire::StageProgress& m) {
           change([&] { progress_[m.scan] = {m.stage, std::clamp(m.fraction, 0.0, 1.0), m.text}; });
         },

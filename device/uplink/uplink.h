@@ -26,6 +26,7 @@ struct UplinkOptions {
   std::chrono::milliseconds silence_timeout{20000};  // then the connection counts as dead
   std::chrono::milliseconds reconnect_min{100};      // wait before trying again, doubled every time,
   std::chrono::milliseconds reconnect_max{5000};     // up to this
+  std::chrono::milliseconds refused_retry{60000};    // until a scan that the host refused is offered again
 
   Result<void> check() const;
 };

@@ -53,7 +53,7 @@ Result<void> RunnerOptions::check() const {
   if (scans_at_once < 1) return wrong_use("scans_at_once is less than one", std::to_string(scans_at_once));
   if (lease < std::chrono::seconds(1)) return wrong_use("a lease is shorter than a second");
   for (const auto& wait : retry_waits) {
-    if (wait.count() < 0) return wrong_use("a wait before a retry is negative");
+    if (wait.count() < 0 || wait > longest_retry_wait) return wrong_use("a wait before a retry is not 0 to 10 minutes");
   }
   return {};
 }

@@ -147,6 +147,7 @@ TEST_F(ServeTest, TellsMetricsHealthAndJsonLogsWhoseLevelChanges) {
   const auto logged = [&](const char* text) { return says(json_lines(root_ / "host.log"), text); };
   ASSERT_TRUE(eventually([&] { return logged("from level debug on"); }));
   host_->signal(SIGUSR2);
+  ASSERT_TRUE(eventually([&] { return logged("from level info on"); }));
   host_->signal(SIGUSR2);
   ASSERT_TRUE(eventually([&] { return logged("from level warning on"); }));
   EXPECT_EQ(host_->stop(), 0);

@@ -102,6 +102,8 @@ TEST_F(StopTest, EndsInTheMiddleOfEverythingAndLosesNothing) {
   say(wire::ScanOpen{arriving.id, to_json(arriving).dump()});
   say(wire::FileChunk{arriving.id, {keyframe_name(1), stored.size(), sha256(stored)}, 0, stored});
   say(wire::FileChunk{arriving.id, {keyframe_name(2), half.size(), sha256(half)}, 0, half.substr(0, 100'000)});
+  const fs::path part = root_ / "host" / "incoming" / arriving.id /
+                        (frame_name("body", 2) + "." + sha256(half) + ".part");
   bool acknowledged = false;
   while (!acknowledged) {
     zmq::message_t body;
@@ -109,6 +111,8 @@ TEST_F(StopTest, EndsInTheMiddleOfEverythingAndLosesNothing) {
     const Result<wire::Message> message = wire::decode(body.to_string_view());
     acknowledged = message && std::holds_alternative<wire::FileAck>(*message);
   }
+
+  ASSERT_TRUE(eventually([&] { return fs::exists(part) && fs::file_size(part) == 100'000; }));
 
   // A stage at work, a page that watches, a request and an upload that never end.
   ASSERT_TRUE(eventually([&] {
@@ -146,9 +150,7 @@ TEST_F(StopTest, EndsInTheMiddleOfEverythingAndLosesNothing) {
     EXPECT_EQ(store->scan(queued).value()->phase, StorePhase::queued);
     EXPECT_TRUE(store->file(arriving.id, keyframe_name(1)).value());
     EXPECT_TRUE(store->verify(arriving.id)->empty());
-    EXPECT_EQ(fs::file_size(store->incoming(arriving.id) /
-                            (keyframe_name(2).substr(std::string("frames/").size()) + "." + sha256(half) + ".part")),
-              100'000U);
+    EXPECT_EQ(fs::file_size(part), 100'000U);
   }
   start_host();  // and goes on
   EXPECT_EQ(host_->stop(), 0);
