@@ -71,6 +71,7 @@ void add_link_metrics(Metrics& metrics, const LinkBoard& board) {
   count("gyre_damaged_files_total", "Files whose bytes did not have their hash.", counts.damaged_files);
   count("gyre_sent_bytes_total", "Bytes of results sent.", counts.sent_bytes);
   count("gyre_dropped_messages_total", "Messages that could not be handed to their device.", counts.dropped_messages);
+  count("gyre_failed_handshakes_total", "Connections that never became a device's.", counts.failed_handshakes);
   metrics.counter("gyre_refusals_total", "Devices and messages turned away.", [&counts] { return refusals(counts); });
   metrics.gauge("gyre_device_free_bytes", "Room left on the disk of a device.", [&board] {
     return of_devices(board, [](const wire::DeviceStatus& s) { return static_cast<double>(s.free_bytes); });

@@ -15,6 +15,7 @@
 #include "offload/store/store.h"
 #include "offload/verbs.h"
 
+#include <sys/resource.h>
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <condition_variable>
@@ -116,6 +117,15 @@ sigset_t awaited_signals() {
   return signals;
 }
 
+// Every connection takes a descriptor, those of strangers too until they are turned away; files must not run short of
+// them.
+void raise_descriptor_limit() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
 // Returns when the program is to end; changes the level of messages meanwhile.
 void wait_for_the_end(const sigset_t& signals) {
   for (;;) {
@@ -164,6 +174,7 @@ int serve(const ServeFlags& given) {
   const sigset_t signals = awaited_signals();
   ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 
+  raise_descriptor_limit();
   const std::filesystem::path folder = given.store;
   const Result<std::unique_ptr<Store>> store = Store::open(folder);
   if (!store) return report_error(store.error());

@@ -35,6 +35,7 @@ struct LinkCounts {
   Count damaged_files{0};    // whose bytes did not have their hash
   Count sent_bytes{0};       // of results
   Count dropped_messages{0};  // that could not be handed to their device
+  Count failed_handshakes{0};   // connections that never became a device's
   std::array<Count, all_refusals.size()> refusals{};
 
   void refused(RefusalKind kind) { ++refusals[static_cast<std::size_t>(kind)]; }

@@ -7,11 +7,11 @@
 #include "common/keys/keys.h"
 #include "device/spool/spool.h"
 #include "offload/store/store.h"
+#include "tests/offload/ingest/tcp_proxy.h"
 #include "tests/system/fault_control.h"
 #include "tests/system/fault_scans.h"
 #include "tests/system/message_relay.h"
 #include "tests/system/programs.h"
-#include "tests/system/tcp_proxy.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -87,6 +87,7 @@ class FaultRun : public testing::Test {
     std::printf("GYRE_FAULT_SEED=%u\n", seed_);
     std::fflush(stdout);
     random_.seed(seed_);
+    for (const char* side : {"host", "device"}) fs::create_directories(root_ / side);
     const KeyPair host = make_key_pair();
     const KeyPair device = make_key_pair();
     ASSERT_TRUE(write_key_pair(root_ / "host" / "host.key", host));

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -23,6 +24,12 @@ class TcpProxy {
 
   // Cuts all connections once so many more bytes have been carried.
   void cut_after(std::uint64_t bytes) { cut_at_ = carried_ + bytes + 1; }
+  // What has been sent to the port since, by whoever was connected.
+  void record() { recording_ = true; }
+  std::string recorded() const {
+    const std::lock_guard lock(mutex_);
+    return recorded_;
+  }
   // Bytes a second from now on; 0: as many as can be.
   void limit(std::uint64_t bytes_per_s) { limit_ = bytes_per_s; }
 
@@ -32,13 +39,16 @@ class TcpProxy {
   };
   void carry();
   void accept_one();
-  bool forward(int from, int to);
+  bool forward(int from, int to, bool upwards);
 
   int target_;
   int listener_ = -1;
   int port_ = 0;
   std::vector<Line> lines_;  // of the thread
   std::atomic<std::uint64_t> carried_{0}, cut_at_{0}, limit_{0};
+  std::atomic<bool> recording_{false};
+  mutable std::mutex mutex_;
+  std::string recorded_;
   std::atomic<bool> over_{false};
   std::thread thread_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/system/tcp_proxy.h"
+#include "tests/offload/ingest/tcp_proxy.h"
 
 #include <arpa/inet.h>
 #include <poll.h>
@@ -51,7 +51,7 @@ void TcpProxy::accept_one() {
   ::close(line.far);
 }
 
-bool TcpProxy::forward(int from, int to) {
+bool TcpProxy::forward(int from, int to, bool upwards) {
   std::array<char, 16 << 10> block{};
   std::size_t most = block.size();
   const std::uint64_t cut_at = cut_at_;
@@ -64,6 +64,10 @@ bool TcpProxy::forward(int from, int to) {
     sent += n;
   }
   carried_ += static_cast<std::uint64_t>(got);
+  if (recording_ && upwards) {
+    const std::lock_guard lock(mutex_);
+    recorded_.append(block.data(), static_cast<std::size_t>(got));
+  }
   return true;
 }
 
@@ -85,8 +89,8 @@ void TcpProxy::carry() {
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       const Line line = lines_[i];
       bool open = true;
-      if (ends[2 * i + 1].revents != 0) open = forward(line.near, line.far);
-      if (open && ends[2 * i + 2].revents != 0) open = forward(line.far, line.near);
+      if (ends[2 * i + 1].revents != 0) open = forward(line.near, line.far, true);
+      if (open && ends[2 * i + 2].revents != 0) open = forward(line.far, line.near, false);
       if (open) {
         kept.push_back(line);
         continue;
