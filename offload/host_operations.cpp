@@ -101,9 +101,8 @@ void add_host_metrics(Metrics& metrics, const HostParts& parts) {
   add_process_metrics(metrics);
   metrics.gauge("gyre_scans", "Scans in the store; those queued wait for their turn.",
                 [&store = parts.store] { return scans_by_phase(store); });
-  metrics.gauge("gyre_store_free_bytes", "Room left on the store's disk.", [&store = parts.store] {
-    return static_cast<double>(free_bytes(store.folder()).value_or(0));
-  });
+  metrics.gauge("gyre_store_free_bytes", "Room left on the store's disk.",
+                [&store = parts.store] { return static_cast<double>(free_bytes(store.folder()).value_or(0)); });
   metrics.gauge("gyre_store_reserve_bytes", "Room below which no new scan is taken.",
                 [reserve = parts.reserve_bytes] { return static_cast<double>(reserve); });
   metrics.counter("gyre_retention_deleted_total", "Scans deleted by the retention policy.",

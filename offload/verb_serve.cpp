@@ -40,8 +40,8 @@ struct ServeFlags {
   std::string executor = "local";
   SlurmOptions slurm;
   std::string page = "127.0.0.1:7480";
-  double keep_days = 0;   // 0: no limit
-  int keep_scans = -1;    // -1: no limit
+  double keep_days = 0;  // 0: no limit
+  int keep_scans = -1;   // -1: no limit
   PipelineFlags flags;
 };
 

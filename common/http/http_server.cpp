@@ -21,7 +21,7 @@ namespace {
 // A connection that is kept open holds a thread, and so does every stream.
 constexpr std::size_t server_threads = 32;
 constexpr int most_streams = 16;
-constexpr std::time_t keep_alive_s = 1;  // stop() waits for idle connections that long
+constexpr std::time_t keep_alive_s = 1;                   // stop() waits for idle connections that long
 constexpr std::chrono::milliseconds stop_patience{1500};  // and for the others that long
 constexpr std::size_t block_bytes = 1 << 16;
 

@@ -18,8 +18,8 @@ struct HealthCheck {
   std::function<std::optional<std::string>()> fault;  // what is wrong, if anything
 };
 
-// GET /metrics, for Prometheus, and GET /health: {"status": "ok" or "failing", "checks": {name: "ok" or what is wrong}},
-// with 503 when anything is. Before start(); metrics outlives the server.
+// GET /metrics, for Prometheus, and GET /health: {"status": "ok" or "failing", "checks": {name: "ok" or what is
+// wrong}}, with 503 when anything is. Before start(); metrics outlives the server.
 void add_operations_routes(HttpServer& server, const Metrics& metrics, std::vector<HealthCheck> checks);
 
 }  // namespace gyre

@@ -46,9 +46,8 @@ std::string_view scan_named_in(std::string_view message) {
 void JsonLogFormatter::format(const spdlog::details::log_msg& message, spdlog::memory_buf_t& out) {
   const std::string_view text(message.payload.data(), message.payload.size());
   const auto level = spdlog::level::to_string_view(message.level);
-  nlohmann::ordered_json line = {{"time", utc_text(message.time)},
-                                 {"level", std::string(level.data(), level.size())},
-                                 {"program", program_}};
+  nlohmann::ordered_json line = {
+      {"time", utc_text(message.time)}, {"level", std::string(level.data(), level.size())}, {"program", program_}};
   const std::string_view named = scan_named_in(text);
   if (!named.empty() || !scan_.empty()) line["scan"] = named.empty() ? scan_ : std::string(named);
   line["message"] = text;

@@ -42,10 +42,10 @@ double open_files() {
 }  // namespace
 
 void add_process_metrics(Metrics& metrics) {
-  const double started =
-      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-  metrics.gauge("gyre_build_info", "The version that runs; always 1.",
-                [] { return std::vector<MetricSample>{{{{"version", GYRE_VERSION}}, 1.0}}; });
+  const double started = std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+  metrics.gauge("gyre_build_info", "The version that runs; always 1.", [] {
+    return std::vector<MetricSample>{{{{"version", GYRE_VERSION}}, 1.0}};
+  });
   metrics.gauge("process_start_time_seconds", "When the program started, in seconds since 1970.",
                 [started] { return started; });
   metrics.counter("process_cpu_seconds_total", "Processor time of this process, user and system, in seconds.",

@@ -21,7 +21,8 @@ constexpr int send_mark = 4096;
 constexpr int device_receive_mark = 1024;
 constexpr int host_receive_mark = 64;
 
-// A message somewhat larger than allowed is still read, so that its sender can be told; a larger one ends the connection.
+// A message somewhat larger than allowed is still read, so that its sender can be told; a larger one ends the
+// connection.
 constexpr std::int64_t most_bytes = 2 * static_cast<std::int64_t>(wire::max_message_bytes);
 
 // Heartbeats find a peer that vanished without closing TCP (Wi-Fi, power) within ivl + timeout.

@@ -284,8 +284,12 @@ Message message_of(pb::Envelope& envelope) {
       return PairDone{envelope.pair_done().tag()};
     case pb::Envelope::kDeviceStatus: {
       const auto& m = envelope.device_status();
-      return DeviceStatus{clean(m.state(), max_name_bytes), clean(m.text()),   m.scan(), m.free_bytes(),
-                          m.waiting_scans(),                m.waiting_files()};
+      return DeviceStatus{clean(m.state(), max_name_bytes),
+                          clean(m.text()),
+                          m.scan(),
+                          m.free_bytes(),
+                          m.waiting_scans(),
+                          m.waiting_files()};
     }
     case pb::Envelope::kCoveragePreview: {
       const auto& m = envelope.coverage_preview();

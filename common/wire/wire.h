@@ -197,9 +197,9 @@ constexpr std::size_t pair_session_bytes = 16;
 
 // How a device is, for those who look at the host; only the latest counts.
 struct DeviceStatus {
-  std::string state;  // a word: "ready", "recording"
-  std::string text;   // a sentence for the operator; may be empty
-  std::string scan;   // being recorded; empty: none
+  std::string state;                // a word: "ready", "recording"
+  std::string text;                 // a sentence for the operator; may be empty
+  std::string scan;                 // being recorded; empty: none
   std::uint64_t free_bytes = 0;     // on the disk of its spool
   std::uint32_t waiting_scans = 0;  // that the host does not have whole
   std::uint32_t waiting_files = 0;  // of those
@@ -226,10 +226,10 @@ constexpr std::size_t max_cells = 360;  // of a band
 // A message of a newer minor version: to be ignored.
 struct Unknown {};
 
-using Message = std::variant<Unknown, Hello, Welcome, Refused, Ping, Pong, Credit, ScanOpen, ScanState, FileChunk,
-                             FileAck, FileResume, Discard, ScanClose, StageProgress, ResultOffer, ResultRequest,
-                             ResultChunk, ResultAck, PairRequest, PairAnswer, PairProof, PairDone, DeviceStatus,
-                             CoveragePreview>;
+using Message =
+    std::variant<Unknown, Hello, Welcome, Refused, Ping, Pong, Credit, ScanOpen, ScanState, FileChunk, FileAck,
+                 FileResume, Discard, ScanClose, StageProgress, ResultOffer, ResultRequest, ResultChunk, ResultAck,
+                 PairRequest, PairAnswer, PairProof, PairDone, DeviceStatus, CoveragePreview>;
 
 // The bytes of one ZeroMQ message.
 std::string encode(Message message);

@@ -36,7 +36,8 @@ void add_link_metrics(Metrics& metrics, const Spool& spool, const Uplink* uplink
   metrics.counter("gyre_uplink_lost_total", "Connections that ended, or did not come about.", value_of(sent.lost));
   metrics.counter("gyre_uplink_refused_total", "Times that the host refused this device.", value_of(sent.refused));
   metrics.counter("gyre_sent_bytes_total", "Bytes of files sent, those sent again included.", value_of(sent.bytes));
-  metrics.counter("gyre_acknowledged_files_total", "Files that the host said it has.", value_of(sent.acknowledged_files));
+  metrics.counter("gyre_acknowledged_files_total", "Files that the host said it has.",
+                  value_of(sent.acknowledged_files));
   metrics.counter("gyre_resumed_files_total", "Files that the host asked for again.", value_of(sent.resumed_files));
   metrics.counter("gyre_result_bytes_total", "Bytes of results received.", value_of(sent.result_bytes));
 }

@@ -27,8 +27,8 @@ class Notices {
   // A new conversation: what the last one was told counts for nothing. capabilities: of the host.
   void restart(const wire::Capabilities& capabilities);
 
-  // What the host should be told now, if anything: a status when it has changed, a preview when there is a new one, both
-  // a few times a second at most.
+  // What the host should be told now, if anything: a status when it has changed, a preview when there is a new one,
+  // both a few times a second at most.
   std::optional<wire::Message> next(Time now);
 
  private:

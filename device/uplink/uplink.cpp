@@ -54,9 +54,7 @@ Result<void> UplinkOptions::check() const {
 class Uplink::Worker {
  public:
   Worker(UplinkOptions options, Spool& spool)
-      : options_(std::move(options)),
-        spool_(spool),
-        notices_([this](wire::DeviceStatus& status) { fill(status); }) {
+      : options_(std::move(options)), spool_(spool), notices_([this](wire::DeviceStatus& status) { fill(status); }) {
     spool_.on_change([this] { wakeup_.notify(); });
     thread_ = std::thread(&Worker::run, this);
   }

@@ -42,7 +42,8 @@ void Door::say() {
   const auto now = std::chrono::steady_clock::now();
   if (strangers_ + silent_ + ended_ == 0 || now - said_ < between) return;
   said_ = now;
-  if (strangers_ > 0) spdlog::warn("turned away {} connection(s) that do not speak as a paired device does", strangers_);
+  if (strangers_ > 0)
+    spdlog::warn("turned away {} connection(s) that do not speak as a paired device does", strangers_);
   if (silent_ > 0) spdlog::warn("turned away {} connection(s) that did not say who they are in time", silent_);
   if (ended_ > 0) spdlog::info("{} connection(s) ended", ended_);
   strangers_ = silent_ = ended_ = 0;

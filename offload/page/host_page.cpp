@@ -138,8 +138,7 @@ HostPage::Look HostPage::look() const {
 
 json HostPage::row_of(const StoredScan& scan, const Look& look) const {
   const auto device = look.devices.find(scan.device_key);
-  const std::optional<DeviceView> from =
-      device == look.devices.end() ? std::nullopt : std::optional(device->second);
+  const std::optional<DeviceView> from = device == look.devices.end() ? std::nullopt : std::optional(device->second);
   const std::optional<ScanActivity> importing = importer_.work(scan.id);
   if (importing) return scan_row(store_, scan, importing, true, from);
   const auto found = look.work.find(scan.id);

@@ -64,7 +64,7 @@ class HostPage {
   Result<StoredScan> find(const std::string& id) const;
   // What is looked up once for all rows.
   struct Look {
-    std::map<std::string, ScanActivity> work;     // by scan
+    std::map<std::string, ScanActivity> work;   // by scan
     std::map<std::string, DeviceView> devices;  // by key
   };
   Look look() const;

@@ -75,9 +75,12 @@ json device_row(const DeviceView& device) {
   json status;
   if (device.status) {
     const wire::DeviceStatus& told = *device.status;
-    status = {{"state", told.state},           {"text", told.text},
-              {"scan", told.scan},             {"free_bytes", told.free_bytes},
-              {"waiting_scans", told.waiting_scans}, {"waiting_files", told.waiting_files}};
+    status = {{"state", told.state},
+              {"text", told.text},
+              {"scan", told.scan},
+              {"free_bytes", told.free_bytes},
+              {"waiting_scans", told.waiting_scans},
+              {"waiting_files", told.waiting_files}};
   }
   return {{"name", device.name},
           {"connected", device.connected},
@@ -108,9 +111,8 @@ json scan_row(const Store& store, const StoredScan& scan, const std::optional<Sc
           {"fraction", work ? work->fraction : 0.0},
           {"text", work ? work->text : ""},
           {"device_text", words_of(device, scan.id)},
-          {"coverage", device && device->coverage && device->coverage->scan == scan.id
-                           ? coverage_view(*device->coverage)
-                           : json()},
+          {"coverage",
+           device && device->coverage && device->coverage->scan == scan.id ? coverage_view(*device->coverage) : json()},
           {"files", std::move(files)}};
 }
 

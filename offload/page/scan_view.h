@@ -23,8 +23,8 @@ struct ScanActivity {
 // Results that the page hands out when they are there.
 const std::vector<std::string>& result_names();
 
-// A line of the list. importing: its keyframes are being selected from an upload. device: that the scan comes from, when
-// it is known.
+// A line of the list. importing: its keyframes are being selected from an upload. device: that the scan comes from,
+// when it is known.
 nlohmann::json scan_row(const Store& store, const StoredScan& scan, const std::optional<ScanActivity>& work,
                         bool importing, const std::optional<DeviceView>& device);
 

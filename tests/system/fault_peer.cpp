@@ -133,9 +133,7 @@ int device(const fs::path& folder, const std::string& endpoint) {
   options.refused_retry = milliseconds(300);
   must(options.check());
   Uplink uplink(options, *spool);
-  const auto is_delivered = [&](int number) {
-    return spool->phase(fault_scan(number).id) == SpoolPhase::delivered;
-  };
+  const auto is_delivered = [&](int number) { return spool->phase(fault_scan(number).id) == SpoolPhase::delivered; };
   int begun = 0;
   while (spool->scan(fault_scan(begun).id)) ++begun;
   if (begun > 0) must(record(*spool, begun - 1));

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 enum class Fault {
   kill_host,
   kill_device,
-  tear_host,    // killed, and what was not synced is cut off or lost
+  tear_host,  // killed, and what was not synced is cut off or lost
   tear_device,
   cut_line,
   full_disk,
@@ -118,9 +118,9 @@ class FaultRun : public testing::Test {
   std::unique_ptr<Running> start(const std::string& role, const std::string& endpoint, const Control& control) {
     ::setenv("LD_PRELOAD", GYRE_FAULT_SHIM, 1);
     ::setenv(fault_control_variable, control.file().c_str(), 1);
-    auto program = std::make_unique<Running>(
-        "fault_peer", std::vector<std::string>{role, (root_ / role).string(), endpoint}, root_ / (role + ".out"),
-        root_ / (role + ".log"));
+    auto program =
+        std::make_unique<Running>("fault_peer", std::vector<std::string>{role, (root_ / role).string(), endpoint},
+                                  root_ / (role + ".out"), root_ / (role + ".log"));
     ::unsetenv("LD_PRELOAD");
     ::unsetenv(fault_control_variable);
     return program;
@@ -155,7 +155,8 @@ class FaultRun : public testing::Test {
     std::optional<fs::path> newest;
     for (const auto& scan : fs::directory_iterator(root_ / "device" / "spool")) {
       const fs::path journal = scan.path() / "spool.jsonl";
-      if (fs::exists(journal) && (!newest || newest->parent_path().filename() < scan.path().filename())) newest = journal;
+      if (fs::exists(journal) && (!newest || newest->parent_path().filename() < scan.path().filename()))
+        newest = journal;
     }
     if (newest) std::ofstream(*newest, std::ios::app) << R"({"event":"fi)";
   }

@@ -26,9 +26,9 @@ class ServeTest : public testing::Test {
     fs::create_directories(root_ / "host");
     fs::remove(root_ / "ready.json");
     std::vector<std::string> words = before;
-    for (const std::string& word : {std::string("serve"), std::string("--store"), at("host"), std::string("--endpoint"),
-                                    std::string("tcp://127.0.0.1:*"), std::string("--page"),
-                                    std::string("127.0.0.1:0")}) {
+    for (const std::string& word :
+         {std::string("serve"), std::string("--store"), at("host"), std::string("--endpoint"),
+          std::string("tcp://127.0.0.1:*"), std::string("--page"), std::string("127.0.0.1:0")}) {
       words.push_back(word);
     }
     words.insert(words.end(), after.begin(), after.end());

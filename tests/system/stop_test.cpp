@@ -32,11 +32,11 @@ class StopTest : public testing::Test {
  protected:
   void start_host() {
     fs::remove(root_ / "ready.json");
-    host_ = std::make_unique<Running>(
-        "gyre-offload",
-        std::vector<std::string>{"serve", "--store", (root_ / "host").string(), "--endpoint", "tcp://127.0.0.1:*",
-                                 "--page", "127.0.0.1:0"},
-        root_ / "ready.json", root_ / "host.log");
+    host_ =
+        std::make_unique<Running>("gyre-offload",
+                                  std::vector<std::string>{"serve", "--store", (root_ / "host").string(), "--endpoint",
+                                                           "tcp://127.0.0.1:*", "--page", "127.0.0.1:0"},
+                                  root_ / "ready.json", root_ / "host.log");
     ready_ = json::parse(first_line(root_ / "ready.json", *host_));
     const std::string page = ready_.at("page");
     page_ = page.substr(0, page.size() - 1);
@@ -102,8 +102,8 @@ TEST_F(StopTest, EndsInTheMiddleOfEverythingAndLosesNothing) {
   say(wire::ScanOpen{arriving.id, to_json(arriving).dump()});
   say(wire::FileChunk{arriving.id, {keyframe_name(1), stored.size(), sha256(stored)}, 0, stored});
   say(wire::FileChunk{arriving.id, {keyframe_name(2), half.size(), sha256(half)}, 0, half.substr(0, 100'000)});
-  const fs::path part = root_ / "host" / "incoming" / arriving.id /
-                        (frame_name("body", 2) + "." + sha256(half) + ".part");
+  const fs::path part =
+      root_ / "host" / "incoming" / arriving.id / (frame_name("body", 2) + "." + sha256(half) + ".part");
   bool acknowledged = false;
   while (!acknowledged) {
     zmq::message_t body;
@@ -133,8 +133,9 @@ TEST_F(StopTest, EndsInTheMiddleOfEverythingAndLosesNothing) {
   });
   const auto begun = client.Post("/api/uploads", {{"X-Gyre", "1"}}, R"({"bytes": 1000})", "application/json");
   ASSERT_EQ(begun->status, 201);
-  const std::string upload = "PUT /api/uploads/" + json::parse(begun->body).at("upload").get<std::string>() +
-                             "/body?kind=mp4 HTTP/1.1\r\nHost: localhost\r\nX-Gyre: 1\r\nContent-Length: 1000\r\n\r\nsome";
+  const std::string upload =
+      "PUT /api/uploads/" + json::parse(begun->body).at("upload").get<std::string>() +
+      "/body?kind=mp4 HTTP/1.1\r\nHost: localhost\r\nX-Gyre: 1\r\nContent-Length: 1000\r\n\r\nsome";
   const std::vector<int> peers = {raw_connection(), raw_connection()};
   ASSERT_GT(::send(peers[0], upload.data(), upload.size(), 0), 0);
   ASSERT_GT(::send(peers[1], "GET / HTT", 9, 0), 0);

@@ -208,7 +208,8 @@ TEST_F(HttpServerTest, StreamsEventsUntilItStops) {
 // One that never ends its request, and one that never ends its upload; no keep-alive runs out for them.
 TEST_F(HttpServerTest, StopsWhatsoeverItsPeersHaveBegun) {
   std::vector<int> peers;
-  for (const char* begun : {"GET / HTT", "PUT /upload HTTP/1.1\r\nHost: localhost\r\nX-Gyre: 1\r\nContent-Length: 9\r\n\r\nhalf"}) {
+  for (const char* begun :
+       {"GET / HTT", "PUT /upload HTTP/1.1\r\nHost: localhost\r\nX-Gyre: 1\r\nContent-Length: 9\r\n\r\nhalf"}) {
     peers.push_back(connection());
     ASSERT_GT(::send(peers.back(), begun, std::strlen(begun), 0), 0);
   }

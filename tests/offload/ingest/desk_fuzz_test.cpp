@@ -75,7 +75,8 @@ TEST(DeskFuzz, MutatedMessagesTouchNothingElse) {
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(target().folder.path(), error)) {
     const std::string name = entry.path().filename().string();
-    EXPECT_TRUE(name == "scans" || name == "incoming" || name == "lock" || name.starts_with("catalogue.sqlite")) << name;
+    EXPECT_TRUE(name == "scans" || name == "incoming" || name == "lock" || name.starts_with("catalogue.sqlite"))
+        << name;
   }
   for (const StoredScan& scan : target().store->scans().value()) {
     EXPECT_TRUE(scan.id == others.id || scan.device_key == key) << scan.id;

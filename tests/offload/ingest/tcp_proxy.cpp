@@ -41,7 +41,8 @@ TcpProxy::~TcpProxy() {
 }
 
 void TcpProxy::accept_one() {
-  const Line line{::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC), ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  const Line line{::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC),
+                  ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
   const sockaddr_in address = loopback(target_);
   if (::connect(line.far, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
     lines_.push_back(line);
