@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // gyre-device: records scans on the rig, keeps them safe and sends them to the workstation.
 #include "common/config/config.h"
-#include "common/log/log.h"
+#include "common/log/log_format.h"
 #include "device/verbs.h"
 
 #include <CLI/CLI.hpp>

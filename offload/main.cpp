@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // gyre-offload: receives scans and reconstructs avatars on the workstation.
 #include "common/config/config.h"
-#include "common/log/log.h"
+#include "common/log/log_format.h"
 #include "offload/verbs.h"
 
 #include <CLI/CLI.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/http/token.h"
 #include "common/keys/keys.h"
-#include "common/log/log.h"
+#include "common/log/log_format.h"
 #include "offload/host_operations.h"
 #include "offload/ingest/ingest_server.h"
 #include "offload/orbit.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/bundle/bundle.h"
+#include "common/log/log_format.h"
 #include "offload/orbit.h"
 #include "offload/pipeline/planned_stage.h"
 #include "offload/pipeline/stage_process.h"

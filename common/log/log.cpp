@@ -2,6 +2,7 @@
 #include "common/log/log.h"
 
 #include "common/log/json_format.h"
+#include "common/log/log_format.h"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/sinks/stdout_sinks.h>
@@ -25,6 +26,10 @@ Started& started() {
 }
 
 }  // namespace
+
+void start_logging(const std::string& program, const std::string& level) {
+  start_logging(program, level, LogFormat::text);
+}
 
 void start_logging(const std::string& program, const std::string& level, LogFormat format) {
   started() = {program, format};

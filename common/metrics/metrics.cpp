@@ -10,7 +10,7 @@ namespace gyre {
 
 namespace {
 
-bool is_metric_name(std::string_view name) {
+[[maybe_unused]] bool is_metric_name(std::string_view name) {
   if (name.empty() || (name[0] >= '0' && name[0] <= '9')) return false;
   constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
   return name.find_first_not_of(letters) == std::string_view::npos;

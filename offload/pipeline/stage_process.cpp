@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/pipeline/stage_process.h"
 
+#include "common/log/log_format.h"
 #include "offload/pipeline/child_pipe.h"
 
 #include <poll.h>

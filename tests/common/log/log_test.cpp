@@ -2,6 +2,7 @@
 #include "common/log/log.h"
 
 #include "common/log/json_format.h"
+#include "common/log/log_format.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
