@@ -30,6 +30,7 @@ struct ScanActions {
   // changes: stage -> options that differ from what they were, checked.
   std::function<Result<void>(const std::string& scan, const nlohmann::json& changes)> rerun;
   std::function<Result<void>(const std::string& scan)> remove;
+  std::function<std::vector<DeviceView>()> devices = [] { return std::vector<DeviceView>(); };
 };
 
 struct HostPageOptions {
@@ -61,7 +62,13 @@ class HostPage {
   void publish_changes();
 
   Result<StoredScan> find(const std::string& id) const;
-  nlohmann::json row_of(const StoredScan& scan, const std::map<std::string, ScanActivity>& work) const;
+  // What is looked up once for all rows.
+  struct Look {
+    std::map<std::string, ScanActivity> work;   // by scan
+    std::map<std::string, DeviceView> devices;  // by key
+  };
+  Look look() const;
+  nlohmann::json row_of(const StoredScan& scan, const Look& look) const;
   nlohmann::json rows() const;
   HttpResponse answer(const Result<void>& done) const;
 

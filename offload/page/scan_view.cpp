@@ -55,7 +55,47 @@ fs::path result_file(const Bundle& bundle, const std::string& name) {
   return (is_level ? bundle.work("avatar") : bundle.root()) / name;
 }
 
-json scan_row(const Store& store, const StoredScan& scan, const std::optional<ScanActivity>& work, bool importing) {
+namespace {
+
+// What the device says while it records that very scan.
+std::string words_of(const std::optional<DeviceView>& device, const std::string& scan_id) {
+  if (!device || !device->status || device->status->scan != scan_id) return {};
+  if (!device->connected) return "the device is out of reach";
+  return device->status->text.empty() ? device->status->state : device->status->text;
+}
+
+json coverage_view(const wire::CoveragePreview& preview) {
+  json bands = json::array();
+  for (const wire::CoverageBand& band : preview.bands) {
+    json cells = json::array();
+    for (const char cell : band.cells) cells.push_back(static_cast<unsigned char>(cell));
+    bands.push_back({{"name", band.name}, {"share", band.share}, {"cells", std::move(cells)}});
+  }
+  return {{"scan", preview.scan}, {"pass", preview.pass}, {"bands", std::move(bands)}};
+}
+
+}  // namespace
+
+json device_row(const DeviceView& device) {
+  json status;
+  if (device.status) {
+    const wire::DeviceStatus& told = *device.status;
+    status = {{"state", told.state},
+              {"text", told.text},
+              {"scan", told.scan},
+              {"free_bytes", told.free_bytes},
+              {"waiting_scans", told.waiting_scans},
+              {"waiting_files", told.waiting_files}};
+  }
+  return {{"name", device.name},
+          {"connected", device.connected},
+          {"since", device.since},
+          {"status", std::move(status)},
+          {"coverage", device.coverage ? coverage_view(*device.coverage) : json()}};
+}
+
+json scan_row(const Store& store, const StoredScan& scan, const std::optional<ScanActivity>& work, bool importing,
+              const std::optional<DeviceView>& device) {
   const Bundle bundle = store.bundle(scan.id);
   std::error_code error;
   json files = json::array();
@@ -75,6 +115,9 @@ json scan_row(const Store& store, const StoredScan& scan, const std::optional<Sc
           {"stage", work ? work->stage : ""},
           {"fraction", work ? work->fraction : 0.0},
           {"text", work ? work->text : ""},
+          {"device_text", words_of(device, scan.id)},
+          {"coverage",
+           device && device->coverage && device->coverage->scan == scan.id ? coverage_view(*device->coverage) : json()},
           {"files", std::move(files)}};
 }
 

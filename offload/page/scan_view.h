@@ -3,6 +3,7 @@
 #pragma once
 
 #include "common/bundle/stage.h"
+#include "offload/ingest/link_board.h"
 #include "offload/store/store.h"
 
 #include <nlohmann/json.hpp>
@@ -24,9 +25,13 @@ const std::vector<std::string>& result_names();
 // Where one of them lies.
 std::filesystem::path result_file(const Bundle& bundle, const std::string& name);
 
-// A line of the list. importing: its keyframes are being selected from an upload.
+// A line of the list. importing: its keyframes are being selected from an upload. device: that the scan comes from,
+// when it is known.
 nlohmann::json scan_row(const Store& store, const StoredScan& scan, const std::optional<ScanActivity>& work,
-                        bool importing);
+                        bool importing, const std::optional<DeviceView>& device);
+
+// A device as the page shows it: {"name", "connected", "since", "status", "coverage"}, the last two null when not told.
+nlohmann::json device_row(const DeviceView& device);
 
 // The row with stature, stages, options and warnings. stages: in the order they run.
 nlohmann::json scan_details(const Store& store, const nlohmann::json& row, const std::string& id,

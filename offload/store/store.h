@@ -27,6 +27,9 @@ inline WallTime wall_time_now() {
   return std::chrono::time_point_cast<std::chrono::milliseconds>(std::chrono::system_clock::now());
 }
 
+// No job is put back for longer; a wait that would last longer was written before the clock was set back, and is over.
+constexpr std::chrono::milliseconds longest_retry_wait = std::chrono::minutes(10);
+
 struct StoredFile {
   std::string name;  // relative to the bundle
   std::uint64_t size = 0;
@@ -110,7 +113,7 @@ class Store {
   Result<bool> renew_lease(const std::string& scan_id, std::int64_t lease, WallTime until);
   // Queues the jobs again whose lease was not renewed in time, and names them.
   Result<std::vector<std::string>> take_back_lapsed(WallTime now);
-  // A running job is queued again, to be tried once more from then on.
+  // A running job is queued again, to be tried once more from then on; within longest_retry_wait.
   Result<void> put_back_job(const std::string& scan_id, const std::string& reason, WallTime not_before);
   Result<std::vector<StoredJob>> jobs() const;  // of all scans, oldest first
   Result<void> finish_job(const std::string& scan_id, const std::vector<StoredFile>& results);

@@ -47,7 +47,7 @@ class ScriptedExecutor : public Executor {
     if (order != Order::go_on) return tl::unexpected(failure_of(FailureCause::cancelled));
     const std::size_t tries = tries_[work.scan]++;
     if (tries < failures.size()) return tl::unexpected(failure_of(failures[tries]));
-    return std::vector<StageReport>();
+    return std::vector<StageReport>{{"work", false, 2.5, 2.0, 10.0}, {"before", true, 7.0, 7.0, 10.0}};
   }
   std::vector<std::string> begun() const {
     const std::scoped_lock lock(mutex_);
@@ -178,12 +178,27 @@ TEST_F(RunnerTest, WhatTheStageSaysItselfIsNotTriedAgain) {
   EXPECT_EQ(executor_.begun().size(), 1U);
 }
 
+TEST_F(RunnerTest, CountsWhatItDid) {
+  executor_.failures = {FailureCause::crash};
+  const std::string scan = queue_scan();
+  start();
+  EXPECT_TRUE(reaches(scan, StorePhase::done));
+  ASSERT_TRUE(eventually([&] { return runner_->tally().finished == 1; }));
+  const RunnerTally tally = runner_->tally();
+  EXPECT_EQ(tally.retries, (std::map<std::string, std::uint64_t>{{"crash", 1}}));
+  EXPECT_EQ(tally.failed, 0U);
+  EXPECT_EQ(tally.stage_runs, (std::map<std::string, std::uint64_t>{{"work", 1}}));
+  EXPECT_EQ(tally.stage_seconds, (std::map<std::string, double>{{"work", 2.5}}));
+}
+
 TEST(RetryWait, IsBoundedAndDependsOnTheCause) {
   const RunnerOptions options;
   EXPECT_EQ(retry_wait(options, FailureCause::crash, 1), std::chrono::seconds(10));
   EXPECT_EQ(retry_wait(options, FailureCause::lost, 3), std::chrono::minutes(5));
   EXPECT_FALSE(retry_wait(options, FailureCause::memory, 4));
   EXPECT_FALSE(retry_wait(options, FailureCause::stage, 1));
+  EXPECT_EQ(retry_wait(options, FailureCause::space, 1), std::chrono::seconds(10));
+  EXPECT_EQ(retry_wait(options, FailureCause::space, 1000), std::chrono::minutes(5));
   EXPECT_FALSE(retry_wait(options, FailureCause::cancelled, 1));
 }
 

@@ -175,7 +175,7 @@ TEST(Store, AJobThatIsPutBackWaitsUntilItIsDue) {
   EXPECT_FALSE(store->take_job(now + seconds(9)).value());
   EXPECT_EQ(store->take_job(now + seconds(10)).value()->tries, 2);
   ASSERT_TRUE(store->put_back_job(id, "crashed", now + seconds(10)));
-  EXPECT_TRUE(store->take_job(now - std::chrono::hours(1000)).value());  // the clock was set back
+  EXPECT_TRUE(store->take_job(now - std::chrono::hours(1)).value());  // the clock was set back
 }
 
 TEST(Store, AJobWhoseRunnerFallsSilentIsTakenBack) {
