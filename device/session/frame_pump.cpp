@@ -10,7 +10,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t places = 8;                 // frames that may wait: a quarter of a second
+constexpr std::size_t places = 8;                  // frames that may wait: a quarter of a second
 constexpr std::chrono::milliseconds patience{50};  // for a frame, before somebody's task is looked for
 
 Clock::duration seconds(double value) {
@@ -33,10 +33,14 @@ FramePump::~FramePump() {
 
 PumpNews FramePump::next(std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
-  const auto is_news = [&] { return !frames_.empty() || news_.has_ended || news_.is_given_up; };
+  const auto is_news = [&] {
+    return !frames_.empty() || (news_.has_ended && !is_end_told_) || news_.is_given_up;
+  };
   changed_.wait_for(lock, timeout, is_news);
   PumpNews news = news_;
-  if (!frames_.empty()) {
+  if (frames_.empty()) {
+    is_end_told_ = news.has_ended;
+  } else {
     news.frame = std::move(frames_.front());
     frames_.pop_front();
     news.has_ended = false;  // first what came before
@@ -56,7 +60,7 @@ Result<void> FramePump::arm(std::chrono::milliseconds settle) {
     {
       const std::lock_guard lock(mutex_);
       frames_.clear();
-      news_.has_ended = false;
+      news_.has_ended = is_end_told_ = false;
       is_rewound_ = true;
     }
     if (camera.info().expected_frames > 0) {

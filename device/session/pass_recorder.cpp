@@ -109,7 +109,7 @@ Result<Selection> PassRecorder::decide() const {
   return selection;
 }
 
-Result<std::vector<FrameRecord>> PassRecorder::finish(const Selection& selection, CameraDevice& camera,
+Result<std::vector<FrameRecord>> PassRecorder::finish(const Selection& selection, const Recall& recall,
                                                       RecordingSummary& summary) {
   const std::set<int> keyframes(selection.keyframes.begin(), selection.keyframes.end());
   const Result<std::set<int>> there = settle(keyframes, summary);
@@ -124,7 +124,7 @@ Result<std::vector<FrameRecord>> PassRecorder::finish(const Selection& selection
       if (const Result<void> stored = store(index, kept->jpeg); !stored) return tl::unexpected(stored.error());
     }
   } else {
-    const Result<void> recalled = camera.recall(missing, [&](const Frame& frame) { return keep(frame); });
+    const Result<void> recalled = recall(missing, [&](const Frame& frame) { return keep(frame); });
     if (!recalled) return tl::unexpected(recalled.error());
   }
 

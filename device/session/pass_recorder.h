@@ -10,6 +10,7 @@
 #include "device/spool/spool.h"
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <set>
 #include <string>
@@ -24,6 +25,10 @@ struct RecordingSummary {
   int early_proposed = 0;   // keyframes that were in the spool then, on their way
   int discarded = 0;        // frames that were spooled and are no keyframes
 };
+
+// Gives frames of a recording once more, as CameraDevice::recall does.
+using Recall =
+    std::function<Result<void>(const std::vector<int>& indices, const std::function<Result<void>(const Frame&)>& take)>;
 
 // A recording gives every frame again, so that the exact rule may have any. Of a live camera as many compressed frames
 // are kept in memory as fit, spread over the whole pass, and the rule chooses among those and the spooled ones.
@@ -61,7 +66,7 @@ class PassRecorder {
   // Makes the pass in the spool what the selection says: takes back what is no keyframe and adds what is missing, from
   // what was remembered or from the camera's recording. Returns the pass's lines of frames.jsonl. Errors: those of
   // spool and camera.
-  Result<std::vector<FrameRecord>> finish(const Selection& selection, CameraDevice& camera, RecordingSummary& summary);
+  Result<std::vector<FrameRecord>> finish(const Selection& selection, const Recall& recall, RecordingSummary& summary);
 
  private:
   Result<void> store(int index, const std::string& jpeg);

@@ -63,7 +63,8 @@ Result<RecordingSummary> record_scan(Spool& spool, Scan scan, std::span<const Pa
     if (!recorded) return tl::unexpected(recorded.error());
     const Result<Selection> selection = recorder.decide();
     if (!selection) return tl::unexpected(selection.error());
-    Result<std::vector<FrameRecord>> decided = recorder.finish(*selection, camera, summary);
+    Result<std::vector<FrameRecord>> decided = recorder.finish(
+        *selection, [&](const auto& indices, const auto& take) { return camera.recall(indices, take); }, summary);
     if (!decided) return tl::unexpected(decided.error());
     records.insert(records.end(), std::make_move_iterator(decided->begin()), std::make_move_iterator(decided->end()));
     scan.passes[i] = recorder.pass();

@@ -40,16 +40,17 @@ std::optional<StoredSession> SessionStore::load() const {
   const Result<std::string> text = read_file(folder_ / "session.json");
   if (!text) return std::nullopt;
   const json entry = json::parse(*text, nullptr, false);
-  if (!entry.is_object() || entry.value("version", 0) != 1 || !entry["state"].is_string() ||
-      !entry["pass"].is_string()) {
-    return std::nullopt;
+  if (!entry.is_object()) return std::nullopt;
+  for (const char* const name : {"version", "state", "pass", "scan"}) {
+    if (!entry.contains(name)) return std::nullopt;
   }
+  if (entry["version"] != 1 || !entry["state"].is_string() || !entry["pass"].is_string()) return std::nullopt;
   StoredSession session;
   const std::optional<SessionState> state = state_named(entry["state"]);
   if (!state) return std::nullopt;
   session.state = *state;
   session.pass = entry["pass"];
-  if (!entry.contains("scan") || entry["scan"].is_null()) return session;
+  if (entry["scan"].is_null()) return session;
   Result<Scan> scan = scan_from_json(entry["scan"]);
   if (!scan) return std::nullopt;
   session.scan = std::move(*scan);
@@ -75,7 +76,8 @@ Result<std::vector<FrameRecord>> SessionStore::load_records(const std::string& s
   std::istringstream lines(*text);
   for (std::string line; std::getline(lines, line);) {
     const json entry = json::parse(line, nullptr, false);
-    Result<FrameRecord> record = entry.is_object() ? frame_record_from_json(entry) : fail("not a frame's record", line);
+    if (!entry.is_object()) return fail("not a frame's record", line);
+    Result<FrameRecord> record = frame_record_from_json(entry);
     if (!record) return tl::unexpected(record.error());
     records.push_back(std::move(*record));
   }
