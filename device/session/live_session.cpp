@@ -81,6 +81,7 @@ class LiveSession::Loop {
   Result<SessionEnd> run() {
     use_camera();
     resume();
+    spdlog::info("waiting for the button");
     while (!is_leaving_) {
       PumpNews news = pump_->next(look_every);
       now_ = now_s();
