@@ -26,7 +26,7 @@ TEST(KeptSelection, WithEverythingKeptItIsTheExactRule) {
       frames, [](int) { return true; }, options);
   ASSERT_TRUE(exact && kept);
   EXPECT_EQ(kept->keyframes, exact->keyframes);
-  EXPECT_DOUBLE_EQ(kept->widest_gap, exact->widest_gap);
+  EXPECT_NEAR(kept->widest_gap, exact->widest_gap, 1e-9);
   for (std::size_t i = 0; i < frames.size(); ++i) EXPECT_EQ(kept->decisions[i].reason, exact->decisions[i].reason);
 }
 

@@ -180,7 +180,6 @@ TEST_F(LiveSessionTest, RecordingsBecomeAScanWithTwoPresses) {
   EXPECT_EQ(between.pass, "head");
   EXPECT_EQ(between.frames, 150);
   rig.press();
-  rig.wait_for(State::arming);
   rig.wait_for(State::idle);
   expect_bundle(rig.spool(), between.scan, 2);
   EXPECT_EQ(read_frame_log(rig.spool().bundle(between.scan))->size(), 240U);
