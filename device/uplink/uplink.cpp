@@ -78,6 +78,7 @@ class Uplink::Worker {
     notices_.publish(std::move(preview));
     wakeup_.notify();
   }
+  ScanProgress progress(const std::string& scan_id) const;
   Result<void> wait_for_result(const std::string& scan_id, const ResultWait& wait,
                                const std::function<void(const ScanProgress&)>& progress);
 
@@ -215,6 +216,14 @@ ScanProgress Uplink::Worker::progress_of(const SpooledScan& scan) const {
   return latest != progress_.end() ? latest->second : ScanProgress{"queued", 0.0, "waiting for the host"};
 }
 
+ScanProgress Uplink::Worker::progress(const std::string& scan_id) const {
+  const std::optional<SpooledScan> scan = spool_.scan(scan_id);
+  if (!scan) return {};
+  const std::lock_guard lock(mutex_);
+  if (const auto no = refused_.find(scan_id); no != refused_.end()) return {"refused", 0.0, no->second};
+  return progress_of(*scan);
+}
+
 Result<void> Uplink::Worker::wait_for_result(const std::string& scan_id, const ResultWait& wait,
                                              const std::function<void(const ScanProgress&)>& progress) {
   constexpr std::chrono::milliseconds look_again{250};  // for the deadlines; changes wake us at once
@@ -253,6 +262,10 @@ void Uplink::tell(const std::string& state, const std::string& text, const std::
 
 void Uplink::tell(wire::CoveragePreview preview) {
   worker_->tell(std::move(preview));
+}
+
+ScanProgress Uplink::progress(const std::string& scan_id) const {
+  return worker_->progress(scan_id);
 }
 
 Result<void> Uplink::wait_for_result(const std::string& scan_id, const ResultWait& wait,

@@ -115,7 +115,7 @@ json scan_row(const Store& store, const StoredScan& scan, const std::optional<Sc
           {"stage", work ? work->stage : ""},
           {"fraction", work ? work->fraction : 0.0},
           {"text", work ? work->text : ""},
-          {"device_text", words_of(device, scan.id)},
+          {"device_text", scan.phase == StorePhase::receiving ? words_of(device, scan.id) : std::string()},
           {"coverage",
            device && device->coverage && device->coverage->scan == scan.id ? coverage_view(*device->coverage) : json()},
           {"files", std::move(files)}};

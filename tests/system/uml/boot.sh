@@ -6,7 +6,7 @@
 #
 # KERNEL: folder with `linux` and `lib/modules`. The guest sees / as it is here but writes to memory; OUT is the one
 # folder it shares, as $OUT under the same path. What the script prints goes to OUT/log; its exit code is ours. 124: it
-# took longer than $PATIENCE seconds (120). 125: the kernel did not come up.
+# took longer than $PATIENCE seconds (120). 125: the kernel did not come up. $KERNEL_OPTIONS: more for its command line.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 kernel=$(realpath "$1") script=$(realpath "$2") out=$(realpath "$3")
@@ -55,7 +55,7 @@ memory=$(mktemp -d /dev/shm/gyre-guest-XXXXXX)
 trap 'rm -rf "$memory"' EXIT
 status=0
 TMPDIR=$memory HOME=$memory timeout -k 5 "${PATIENCE:-120}" "$kernel/linux" mem="${MEMORY:-1200M}" rootfstype=hostfs rootflags=/ ro \
-  init="$out/init" quiet loglevel=3 con=null con0=fd:0,fd:1 </dev/null >"$out/console" 2>&1 || status=$?
+  init="$out/init" ${KERNEL_OPTIONS:-} quiet loglevel=3 con=null con0=fd:0,fd:1 </dev/null >"$out/console" 2>&1 || status=$?
 [ -f "$out/exit-code" ] && exit "$(cat "$out/exit-code")"
 [ "$status" = 124 ] && exit 124
 exit 125
