@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/http/token.h"
 #include "common/keys/keys.h"
+#include "common/service/service_manager.h"
 #include "offload/ingest/ingest_server.h"
 #include "offload/orbit.h"
 #include "offload/page/host_page.h"
@@ -96,6 +97,8 @@ int serve(const ServeFlags& given) {
   ::sigaddset(&signals, SIGINT);
   ::sigaddset(&signals, SIGTERM);
   ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  const Result<ServiceManager> manager = ServiceManager::from_environment();
+  if (!manager) return report_error(manager.error());
 
   const std::filesystem::path folder = given.store;
   const Result<std::unique_ptr<Store>> store = Store::open(folder);
@@ -142,9 +145,11 @@ int serve(const ServeFlags& given) {
   std::printf("%s\n", ready.dump().c_str());
   std::fflush(stdout);
   spdlog::info("serving on {}", server.endpoint());
+  if (const Result<void> told = manager->ready(); !told) spdlog::warn("{}", told.error().message());
 
   int signal = 0;
   ::sigwait(&signals, &signal);
+  if (const Result<void> told = manager->stopping(); !told) spdlog::warn("{}", told.error().message());
   spdlog::info("stopping; scans in work continue with the next start");
   if (page) page->stop();
   runner->stop();
