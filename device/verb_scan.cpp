@@ -3,7 +3,7 @@
 #include "common/keys/keys.h"
 #include "common/log/log.h"
 #include "device/camera/camera_device.h"
-#include "device/session/session.h"
+#include "device/session/record_scan.h"
 #include "device/session/unfinished.h"
 #include "device/spool/spool.h"
 #include "device/uplink/uplink.h"

@@ -22,7 +22,7 @@ struct CameraInfo {
   double fps = 0.0;                  // 0: single photographs
   int expected_frames = 0;           // of a recording that will end by itself; 0: goes on until it is stopped
   bool photographs = false;          // every frame was chosen by a person
-  bool live = false;                 // frames that were not kept are gone, see recallable()
+  bool live = false;                 // there is no recording, see recall(): what is not kept is gone
   std::optional<double> focal_35mm;  // see ScanPass
 };
 
@@ -80,9 +80,6 @@ class CameraDevice {
   virtual std::optional<double> clock_offset() const { return std::nullopt; }
 
   virtual CameraCounters counters() const { return {}; }
-
-  // Whether recall() still has a frame. Of a recording it has all, of a live camera few or none.
-  virtual bool recallable(int) const { return !info().live; }
 
   // Delivers frames of the last recording once more, after it was stopped. indices: ascending. An error of `take` ends
   // it and is returned. A camera has no recording unless it says so.

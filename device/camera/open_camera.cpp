@@ -27,8 +27,7 @@ Result<std::unique_ptr<CameraDevice>> open_live(const CameraName& name) {
   CameraFactory open = [name] { return open_libcamera(name); };
   if (name.kind == CameraName::Kind::v4l2)
     open = [name, identity = std::string()]() mutable { return open_v4l2_camera(name, identity); };
-  // Who records keeps the pictures, and knows better which.
-  return open_steady_camera(std::move(open), std::make_shared<MachineClock>(), {.ladder = {}, .recall_bytes = 0});
+  return open_steady_camera(std::move(open), std::make_shared<MachineClock>());
 }
 
 }  // namespace

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/camera/steady_camera.h"
 
-#include "device/camera/jpeg.h"
-#include "device/camera/recall_buffer.h"
-
 #include <spdlog/spdlog.h>
 #include <algorithm>
 #include <cmath>
@@ -34,8 +31,7 @@ class SteadyCamera : public CameraDevice {
         clock_(std::move(clock)),
         camera_(std::move(camera)),
         info_(camera_->info()),
-        ladder_(options.ladder),
-        buffer_(options.recall_bytes) {}
+        ladder_(options.ladder) {}
 
   const CameraInfo& info() const override { return info_; }
 
@@ -47,7 +43,6 @@ class SteadyCamera : public CameraDevice {
     if (const Result<void> begun = camera_->start(); !begun) return begun;
     started_ = true;
     count_ = 0;
-    buffer_.clear();
     first_.reset();
     shift_ = 0.0;
     ladder_.started(clock_->now());
@@ -99,24 +94,6 @@ class SteadyCamera : public CameraDevice {
 
   std::optional<double> clock_offset() const override { return camera_ ? camera_->clock_offset() : std::nullopt; }
   CameraCounters counters() const override { return camera_ ? sum(counters_, camera_->counters()) : counters_; }
-  bool recallable(int index) const override { return buffer_.find(index) != nullptr; }
-
-  Result<void> recall(const std::vector<int>& indices, const std::function<Result<void>(const Frame&)>& take) override {
-    for (const int index : indices) {
-      const RecallBuffer::Kept* const kept = buffer_.find(index);
-      if (kept == nullptr) return fail("the camera has not kept a frame", std::to_string(index));
-      Result<cv::Mat> image = decode_jpeg(kept->jpeg, analysis_side);
-      if (!image) return tl::unexpected(image.error());
-      const Frame frame{.index = index,
-                        .time = kept->time,
-                        .image = std::move(*image),
-                        .jpeg = kept->jpeg,
-                        .full = nullptr,
-                        .settings = kept->settings};
-      if (const Result<void> taken = take(frame); !taken) return taken;
-    }
-    return {};
-  }
 
  private:
   static constexpr double least_wait = 0.01;  // seconds
@@ -142,7 +119,6 @@ class SteadyCamera : public CameraDevice {
     frame.index = count_++;
     frame.time += shift_;
     last_time_ = frame.time;
-    buffer_.add(frame);
     return std::move(frame);
   }
 
@@ -191,7 +167,6 @@ class SteadyCamera : public CameraDevice {
   std::unique_ptr<CameraDevice> camera_;  // none while it cannot be opened
   CameraInfo info_;
   FaultLadder ladder_;
-  RecallBuffer buffer_;
   CameraCounters counters_;  // of devices that were closed
   std::optional<Error> last_error_;
   std::string said_;                                   // of the trouble there is

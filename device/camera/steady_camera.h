@@ -6,7 +6,6 @@
 #include "device/camera/camera_device.h"
 #include "device/camera/fault_ladder.h"
 
-#include <cstddef>
 #include <functional>
 #include <memory>
 
@@ -14,7 +13,6 @@ namespace gyre {
 
 struct SteadyOptions {
   LadderOptions ladder;
-  std::size_t recall_bytes = std::size_t{64} << 20;  // of compressed frames that recall() can deliver
 
   Result<void> check() const;
 };
@@ -23,7 +21,7 @@ struct SteadyOptions {
 using CameraFactory = std::function<Result<std::unique_ptr<CameraDevice>>()>;
 
 // Climbs the ladder of fault_ladder.h. Over restarts and reopenings frames go on to be numbered without holes, their
-// times go on with the time that passed, what was locked is locked again, and what recall() has it keeps. While the
+// times go on with the time that passed, and what was locked is locked again. While the
 // camera is away next() gives timeouts that say `recovering`; the error at the end of the ladder is for the service
 // manager. A camera that comes back with frames of another size has not come back. Errors: those of the first opening,
 // options out of range.

@@ -20,7 +20,8 @@ json band_view(Band band, const std::array<CellStatus, CoverageMap::sectors>& ce
     seen += cell.is_covered ? '#' : cell.is_seen ? '~' : '.';
     quality += static_cast<char>('0' + std::clamp(static_cast<int>(10.0 * cell.quality), 0, 9));
   }
-  return {{"band", name_of(band)}, {"cells", seen}, {"quality", quality}};
+  const bool is_ring = band != Band::crown && band != Band::chin;
+  return {{"band", name_of(band)}, {"is_ring", is_ring}, {"cells", seen}, {"quality", quality}};
 }
 
 std::string_view name_of(Colour colour) {

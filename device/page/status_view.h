@@ -8,7 +8,7 @@
 
 namespace gyre {
 
-// Of a band, {"band", "cells", "quality"} where the texts have a letter a sector: '.' not seen, '~' seen and not sharp,
+// Of a band, {"band", "is_ring", "cells", "quality"}: a ring has to be seen all around, and the texts have a letter a sector: '.' not seen, '~' seen and not sharp,
 // '#' covered; and the best quality in tenths, '0' to '9'. Only the bands of the pass.
 nlohmann::json status_view(const LiveStatus& status);
 

@@ -306,6 +306,22 @@ Result<void> Spool::make_room(std::uint64_t bytes) {
   }
 }
 
+Result<std::uint64_t> Spool::room() const {
+  const Result<std::uint64_t> left = free_bytes(folder_);
+  if (!left) return left;
+  const std::lock_guard lock(mutex_);
+  std::uint64_t all = *left;
+  for (const auto& [id, entry] : scans_) {
+    if (entry->scan.phase != SpoolPhase::delivered) continue;
+    for (const auto* files : {&entry->scan.files, &entry->scan.results}) {
+      for (const SpooledFile& file : *files) {
+        if (file.phase != SpooledFilePhase::discarded) all += file.size;
+      }
+    }
+  }
+  return all > reserve_bytes_ ? all - reserve_bytes_ : 0;
+}
+
 void Spool::on_change(std::function<void()> listener) {
   const std::lock_guard lock(listener_mutex_);
   listener_ = std::move(listener);

@@ -63,6 +63,10 @@ class Spool {
   std::vector<std::string> scan_ids() const;  // oldest first
   std::optional<SpoolPhase> phase(const std::string& scan_id) const;
 
+  // How much may still be added, bytes: what is free above the reserve, and what older scans would make room for.
+  // Error: the disk cannot be asked.
+  Result<std::uint64_t> room() const;
+
   // Deletes a scan the host has whole (acknowledged, delivered or failed); any other is refused.
   Result<void> remove_scan(const std::string& scan_id);
 

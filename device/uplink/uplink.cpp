@@ -65,6 +65,7 @@ class Uplink::Worker {
     const std::lock_guard lock(mutex_);
     return status_;
   }
+  ScanProgress progress(const std::string& scan_id) const;
   Result<void> wait_for_result(const std::string& scan_id, const ResultWait& wait,
                                const std::function<void(const ScanProgress&)>& progress);
 
@@ -183,6 +184,14 @@ ScanProgress Uplink::Worker::progress_of(const SpooledScan& scan) const {
   return latest != progress_.end() ? latest->second : ScanProgress{"queued", 0.0, "waiting for the host"};
 }
 
+ScanProgress Uplink::Worker::progress(const std::string& scan_id) const {
+  const std::optional<SpooledScan> scan = spool_.scan(scan_id);
+  if (!scan) return {};
+  const std::lock_guard lock(mutex_);
+  if (const auto no = refused_.find(scan_id); no != refused_.end()) return {"refused", 0.0, no->second};
+  return progress_of(*scan);
+}
+
 Result<void> Uplink::Worker::wait_for_result(const std::string& scan_id, const ResultWait& wait,
                                              const std::function<void(const ScanProgress&)>& progress) {
   constexpr std::chrono::milliseconds look_again{250};  // for the deadlines; changes wake us at once
@@ -209,6 +218,10 @@ Uplink::~Uplink() = default;
 
 LinkStatus Uplink::status() const {
   return worker_->status();
+}
+
+ScanProgress Uplink::progress(const std::string& scan_id) const {
+  return worker_->progress(scan_id);
 }
 
 Result<void> Uplink::wait_for_result(const std::string& scan_id, const ResultWait& wait,

@@ -59,6 +59,9 @@ class Uplink {
 
   LinkStatus status() const;
 
+  // How far a closed scan is; stage "refused" when the host does not take it, with the reason.
+  ScanProgress progress(const std::string& scan_id) const;
+
   // Blocks until the results of a closed scan lie in its folder (avatar.glb and what else the host offered).
   // progress, if given, is called from this thread on every change. Errors: the host refuses or does not answer (the
   // scan stays in the spool and goes on with the next Uplink), or the reconstruction failed.

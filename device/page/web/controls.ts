@@ -65,7 +65,7 @@ const waysOut: Partial<Record<State, WayOut>> = {
 export class Controls {
   readonly root = element("div", { class: "controls", role: "group", "aria-label": "Pass" });
   private height = element("input", {
-    type: "number", id: "height", min: 300, max: 2600, step: 1, inputmode: "numeric", placeholder: "stature, mm",
+    type: "number", id: "height", min: 300, max: 2600, step: 1, inputmode: "numeric", placeholder: "height mm",
     "aria-label": "Stature of the person in millimetres",
   });
   private main = element("button", { type: "button", class: "thumb", onclick: () => this.press() });

@@ -18,7 +18,7 @@ function row(band: BandCoverage, here: number | null): HTMLElement {
   return element(
     "tr",
     { "aria-label": `${band.band}: ${covered} of ${band.cells.length} sectors covered` },
-    element("th", { scope: "row" }, band.band, element("small", {}, ` ${covered}/${band.cells.length}`)),
+    element("th", { scope: "row" }, band.band, element("small", {}, band.is_ring ? ` ${covered}/${band.cells.length}` : " from anywhere")),
     ...cells,
   );
 }
@@ -36,7 +36,7 @@ export class CoverageGrid {
     const quarter = sectors / 4;
     replace(
       this.root,
-      element("caption", {}, "Coverage around the person, degrees from the start"),
+      element("caption", {}, "Covered, by degrees from the start"),
       element(
         "thead",
         {},

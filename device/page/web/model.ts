@@ -23,6 +23,7 @@ export interface Condition extends Signal {
 
 export interface BandCoverage {
   band: string;
+  is_ring: boolean; // has to be seen all around
   cells: string; // a letter a sector: "." not seen, "~" seen and not sharp, "#" covered
   quality: string; // best of a sector, "0" to "9"
 }

@@ -24,7 +24,7 @@ export class RigView {
   private sentence = element("p", { class: "sentence", role: "alert" });
   private state = element("p", { class: "state" });
   private more = element("div", { class: "more" });
-  private conditions = element("ul", { class: "conditions", "aria-label": "All conditions" });
+  private conditions = element("ul", { class: "conditions", "aria-label": "Also" });
   private facts = element("dl", { class: "facts" });
   private preview = new Preview();
   private grid = new CoverageGrid();
@@ -37,7 +37,7 @@ export class RigView {
       element("h1", { class: "unseen" }, "The rig"),
       this.signal,
       this.preview.root,
-      element("section", { class: "knowledge", "aria-label": "Progress" }, this.more, this.conditions, this.grid.root, this.facts),
+      element("section", { class: "knowledge", "aria-label": "Progress" }, this.grid.root, this.more, this.conditions, this.facts),
       this.controls.root,
     );
   }
@@ -49,11 +49,12 @@ export class RigView {
     const pass = status.state === "pass" || status.state === "arming" ? `${status.pass} pass: ` : "";
     this.state.textContent = pass + names[status.state];
     this.drawMore(status);
+    const others = status.conditions.filter((one) => one.sentence !== status.signal.sentence);
     replace(
       this.conditions,
-      ...status.conditions.map((one) => element("li", { class: `condition ${one.colour}`, "data-condition": one.name }, one.sentence)),
+      ...others.map((one) => element("li", { class: `condition ${one.colour}`, "data-condition": one.name }, one.sentence)),
     );
-    this.conditions.hidden = status.conditions.length === 0;
+    this.conditions.hidden = others.length === 0;
     this.grid.update(status);
     this.drawFacts(status);
     this.controls.update(status);
@@ -84,7 +85,7 @@ export class RigView {
   private drawFacts(status: Status): void {
     const facts: [string, string][] = [
       ["Frames", `${status.frames} at ${status.frames_per_second.toFixed(0)} fps`],
-      ["Kept", `${status.keyframes}${status.host.is_wanted ? `, ${status.acknowledged} at the host` : ""}`],
+      ["Kept", `${status.keyframes}${status.host.is_wanted ? `, ${status.acknowledged} sent` : ""}`],
       ["Disk", `${room(status.disk_free_mib)} free`],
       ["Host", !status.host.is_wanted ? "none" : status.host.text || (status.host.is_connected ? "connected" : "away")],
     ];

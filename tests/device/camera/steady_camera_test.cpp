@@ -149,41 +149,6 @@ TEST_F(SteadyCamera, ACameraThatStaysAwayIsGivenUp) {
   EXPECT_NEAR(clock_->now(), 14.0 + LadderOptions{}.patience, 3.0);
 }
 
-TEST_F(SteadyCamera, EveryFrameThatCameCanBeRecalledWhateverHappened) {
-  open({{Kind::missing, 5, 2}, {Kind::silence, 10, 1, 0.0, Until::restart}, {Kind::gone, 20, 1, 4.0}});
-  const std::vector<int> shown = play();
-  camera_->stop();
-  std::vector<int> wanted;
-  for (int i = 0; i < static_cast<int>(shown.size()); i += 3) wanted.push_back(i);
-  std::vector<int> found;
-  const Result<void> recalled = camera_->recall(wanted, [&](const Frame& frame) -> Result<void> {
-    EXPECT_EQ(number(frame), shown[static_cast<std::size_t>(frame.index)]);
-    // The bytes of the recording.
-    EXPECT_EQ(frame.jpeg, read_file(folder_.path() / (std::to_string(number(frame)) + ".jpg")).value());
-    found.push_back(frame.index);
-    return {};
-  });
-  ASSERT_TRUE(recalled) << recalled.error().message();
-  EXPECT_EQ(found, wanted);
-  for (const int index : wanted) EXPECT_TRUE(camera_->recallable(index));
-}
-
-TEST_F(SteadyCamera, WithLittleMemorySomeFramesAreLeftOfAllParts) {
-  SteadyOptions options;
-  options.recall_bytes = 8 * read_file(folder_.path() / "0.jpg")->size();
-  open({}, options);
-  play();
-  camera_->stop();
-  std::vector<int> kept;
-  for (int i = 0; i < frames; ++i) {
-    if (camera_->recallable(i)) kept.push_back(i);
-  }
-  ASSERT_GE(kept.size(), 3U);
-  EXPECT_LT(kept.front(), frames / 3);
-  EXPECT_GT(kept.back(), 2 * frames / 3);
-  EXPECT_FALSE(camera_->recall({0, 1, 2, 3}, [](const Frame&) -> Result<void> { return {}; }));
-}
-
 TEST_F(SteadyCamera, StartedAgainTheRecordingBeginsAnewWithItsFaults) {
   open({{Kind::silence, 15, 1, 0.0, Until::restart}});
   EXPECT_EQ(play(), all_but({}));

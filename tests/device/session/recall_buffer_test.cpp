@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "device/camera/recall_buffer.h"
+#include "device/session/recall_buffer.h"
 
 #include <gtest/gtest.h>
 

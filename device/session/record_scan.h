@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// One scan: passes one after the other from the cameras into the spool.
+// One scan without an operator: passes one after the other from cameras that end by themselves into the spool.
 #pragma once
 
 #include "common/bundle/bundle.h"
 #include "common/log/log.h"
 #include "device/camera/camera_device.h"
+#include "device/session/pass_recorder.h"
 #include "device/spool/spool.h"
 
 #include <span>
@@ -15,14 +16,6 @@ namespace gyre {
 struct PassPlan {
   std::string name;  // "body", "head" or "turn"
   CameraDevice* camera = nullptr;
-};
-
-struct RecordingSummary {
-  int frames = 0;
-  int keyframes = 0;
-  int early_keyframes = 0;  // keyframes the host had acknowledged when their pass was stopped
-  int early_proposed = 0;   // keyframes that were in the spool then, on their way
-  int discarded = 0;        // frames that were spooled and are no keyframes
 };
 
 // Records the passes into the spool and closes the scan. `scan` gives id, creation time, device and height; passes are

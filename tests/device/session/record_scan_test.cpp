@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "device/session/session.h"
+#include "device/session/record_scan.h"
 
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/ulid.h"

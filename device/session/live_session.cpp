@@ -1,0 +1,535 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "device/session/live_session.h"
+
+#include "device/session/frame_pump.h"
+#include "device/session/observer.h"
+#include "device/session/open_scan.h"
+#include "device/session/signals.h"
+
+#include <spdlog/spdlog.h>
+#include <algorithm>
+#include <atomic>
+#include <deque>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+namespace gyre {
+
+namespace {
+
+constexpr std::chrono::milliseconds look_every{50};  // without a frame
+constexpr double disk_every = 1.0;                   // seconds
+constexpr double host_every = 0.25;
+constexpr double idle_every = 0.2;                 // pictures are looked at while nothing is recorded
+constexpr std::uint64_t closing_room = 16U << 20;  // what closing a pass may still need, bytes
+constexpr double settle_grace = 5.0;               // seconds that a camera may be late with its lock
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// How many frames came during the last second.
+class RateMeter {
+ public:
+  void frame(double now) { times_.push_back(now); }
+  double rate(double now) {
+    while (!times_.empty() && times_.front() < now - 1.0) times_.pop_front();
+    return static_cast<double>(times_.size());
+  }
+
+ private:
+  std::deque<double> times_;
+};
+
+}  // namespace
+
+Result<void> LiveSessionOptions::check() const {
+  if (mode != "orbit" && mode != "turn") return wrong_use("no such mode", mode, "orbit or turn");
+  if (settle.count() < 0) return wrong_use("the time to settle must not be negative");
+  return ladder.check();
+}
+
+class LiveSession::Loop {
+ public:
+  Loop(Cameras cameras, Spool& spool, const std::filesystem::path& folder, const Uplink* uplink,
+       LiveSessionOptions options)
+      : cameras_(std::move(cameras)),
+        spool_(spool),
+        uplink_(uplink),
+        options_(std::move(options)),
+        scan_(spool, folder, {options_.mode, options_.device, options_.camera, options_.memory}) {
+    if (!options_.room) options_.room = [this] { return spool_.room(); };
+  }
+
+  void on_status(std::function<void(const LiveStatus&)> listener) { listeners_.push_back(std::move(listener)); }
+
+  void post(const OperatorCommand& command) {
+    const std::lock_guard lock(mutex_);
+    commands_.push_back(command);
+  }
+  LiveStatus status() const {
+    const std::lock_guard lock(mutex_);
+    return status_;
+  }
+  std::optional<Preview> preview() const {
+    const std::lock_guard lock(mutex_);
+    return preview_;
+  }
+  void stop() { is_stopped_ = true; }
+
+  Result<SessionEnd> run() {
+    use_camera();
+    resume();
+    while (!is_leaving_) {
+      PumpNews news = pump_->next(look_every);
+      now_ = now_s();
+      look_at_disk();
+      look_at_host();
+      take_commands();
+      arm_if_wanted();
+      if (news.frame) take(std::move(*news.frame));
+      hear(news);
+      settle();
+      if (const std::optional<Error> trouble = scan_.trouble(); trouble && state_ == SessionState::pass) {
+        say_fault(*trouble);
+        happen(SessionEvent::storage_failed);
+      }
+      guide();
+      publish();
+      if (news.is_given_up) {
+        happen(SessionEvent::camera_given_up);
+        publish();
+        return tl::unexpected(
+            news.trouble.value_or(Error{"the camera does not come back", {}, "check its cable and power"}));
+      }
+      if (is_stopped_) leave();
+    }
+    publish();
+    return end_;
+  }
+
+ private:
+  // --- Events.
+
+  SessionFacts facts() const {
+    SessionFacts facts = scan_.facts();
+    facts.has_host = uplink_ != nullptr;
+    return facts;
+  }
+
+  void happen(SessionEvent event) {
+    const SessionStep step = next_step(state_, event, facts());
+    if (step.to == state_ && step.action == SessionAction::none) return;
+    spdlog::info("{} on {}: {}", name_of(state_), name_of(event), name_of(step.to));
+    state_ = step.to;
+    if (step.action == SessionAction::arm) scan_.begin(next_height_ ? next_height_ : options_.height_mm);
+    save();
+    perform(step.action);
+  }
+
+  void save() {
+    if (const Result<void> saved = scan_.save(state_); !saved) spdlog::error("{}", saved.error().message());
+  }
+
+  void perform(SessionAction action) {
+    switch (action) {
+      case SessionAction::none:
+        return;
+      case SessionAction::arm:
+        next_height_.reset();
+        notice_.clear();
+        use_camera();
+        wants_arming_ = true;
+        armed_at_ = now_;
+        arm_if_wanted();
+        return;
+      case SessionAction::disarm:
+        wants_arming_ = false;
+        pump_->disarm();
+        return;
+      case SessionAction::record:
+        record();
+        return;
+      case SessionAction::close_pass:
+        close_pass();
+        return;
+      case SessionAction::recover_pass:
+        passed(scan_.recover_pass());
+        return;
+      case SessionAction::drop_pass:
+        drop_pass();
+        return;
+      case SessionAction::close_scan:
+        close_scan();
+        return;
+      case SessionAction::forget:
+        scan_.forget();
+        save();
+        return;
+    }
+  }
+
+  void resume() {
+    state_ = scan_.restore();
+    const SessionState before = state_;
+    const std::string id = scan_.scan() ? scan_.scan()->id : std::string();
+    if (before != SessionState::idle && !id.empty()) {
+      notice("scan " + id + " was " + std::string(name_of(before)) + " when the device stopped");
+    }
+    happen(SessionEvent::restart);
+    if (id.empty() || before == SessionState::idle) return;
+    if (state_ == SessionState::between_passes) {
+      notice("scan " + id + " goes on: pass " + scan_.pass() + " is next" + after_that());
+    } else if (state_ != before && spool_.phase(id) == SpoolPhase::closed) {
+      notice("scan " + id + " was cut off and is closed with what it has" + after_that());
+    }
+  }
+
+  // What the recovery said, for the same sentence.
+  std::string after_that() const { return recovered_.empty() ? std::string() : "; " + recovered_; }
+
+  void notice(const std::string& text) {
+    spdlog::info("{}", text);
+    notice_ = text;
+  }
+
+  void say_fault(const Error& error) {
+    fault_ = error.message();
+    is_passing_fault_ = false;
+    spdlog::error("{}", fault_);
+  }
+
+  // --- What the states do.
+
+  void use_camera() {
+    const std::string key = cameras_.contains(scan_.pass()) ? scan_.pass() : std::string();
+    if (pump_ && key == camera_) return;
+    camera_ = key;
+    pump_.reset();
+    pump_ = std::make_unique<FramePump>(cameras_.at(key), options_.ladder);
+  }
+
+  void arm_if_wanted() {
+    if (!wants_arming_) return;
+    const Result<void> armed = pump_->arm(options_.settle);
+    if (armed) {
+      wants_arming_ = false;
+    } else {
+      armed_at_ = now_;
+    }
+  }
+
+  void settle() {
+    if (state_ != SessionState::arming || wants_arming_) return;
+    if (pump_->locked() == CameraLock::held) {
+      happen(SessionEvent::camera_settled);
+    } else if (is_lost_) {
+      armed_at_ = now_;
+    } else if (now_ - armed_at_ > std::chrono::duration<double>(options_.settle).count() + settle_grace) {
+      notice("the camera did not settle; its exposure is held as it is");
+      happen(SessionEvent::settle_timeout);
+    }
+  }
+
+  void record() {
+    const std::optional<CameraInfo> camera = pump_->info();
+    if (!camera) return;  // it has settled, so it was open
+    scan_.start_pass(*camera);
+    save();
+    observer_.emplace(scan_.pass(), scan_.is_last_pass());
+    guidance_ = Guidance();
+    first_time_.reset();
+    count_ = 0;
+  }
+
+  void close_pass() {
+    wants_arming_ = false;
+    const Recall recall = [&](const auto& indices, const auto& take) {
+      return pump_->with([&](CameraDevice& camera) { return camera.recall(indices, take); });
+    };
+    publish();
+    passed(scan_.close_pass(recall));
+    pump_->disarm();
+  }
+
+  void passed(const Result<ClosedPass>& closed) {
+    if (!closed) {
+      say_fault(closed.error());
+      happen(SessionEvent::storage_failed);
+      return;
+    }
+    recovered_ = closed->text;
+    notice(closed->text);
+    happen(closed->is_usable ? SessionEvent::pass_closed : SessionEvent::pass_unusable);
+  }
+
+  void drop_pass() {
+    if (const Result<void> dropped = scan_.drop_pass(); !dropped) spdlog::error("{}", dropped.error().message());
+    pump_->disarm();
+    save();
+  }
+
+  void close_scan() {
+    if (const Result<void> closed = scan_.close_scan(); !closed) {
+      say_fault(closed.error());
+      happen(SessionEvent::storage_failed);
+      return;
+    }
+    happen(SessionEvent::scan_closed);
+  }
+
+  void leave() {
+    happen(SessionEvent::shut_down);
+    is_leaving_ = true;
+  }
+
+  // --- What comes from outside.
+
+  void take_commands() {
+    std::deque<OperatorCommand> commands;
+    {
+      const std::lock_guard lock(mutex_);
+      commands.swap(commands_);
+    }
+    for (const OperatorCommand& command : commands) {
+      if (command.height_mm) next_height_ = command.height_mm;
+      if (command.kind == OperatorCommand::Kind::shut_down) {
+        end_ = SessionEnd::shut_down;
+        leave();
+        return;
+      }
+      happen(event_of(command.kind, state_));
+    }
+  }
+
+  void take(Frame frame) {
+    rate_.frame(now_);
+    const cv::Mat image = frame.image;
+    {
+      const std::lock_guard lock(mutex_);
+      preview_ = Preview{++shown_, image};
+    }
+    if (state_ != SessionState::pass) {
+      if (now_ - looked_at_ < idle_every) return;
+      looked_at_ = now_;
+      seen_ = observe_idle(now_, image);
+      return;
+    }
+    if (!first_time_) first_time_ = frame.time;
+    frame.index = count_++;
+    frame.time -= *first_time_;
+    scan_.add(std::move(frame));
+    const PassRecorder& recorder = *scan_.recorder();
+    place_ = recorder.place();
+    seen_ = observer_->add(recorder.reading(), place_, recorder.map());
+  }
+
+  void hear(const PumpNews& news) {
+    is_lost_ = news.is_lost;
+    if (news.has_ended && !news.frame) happen(SessionEvent::recording_ended);
+    if (is_lost_ && (state_ == SessionState::idle || state_ == SessionState::between_passes)) {
+      fault_ = news.trouble ? news.trouble->message() : "no pictures come from the camera; check its cable and power";
+      is_passing_fault_ = true;
+      happen(SessionEvent::camera_lost);
+    }
+    if (state_ == SessionState::fault && is_passing_fault_ && !is_lost_ && !is_disk_low_) {
+      is_passing_fault_ = false;
+      happen(SessionEvent::trouble_over);
+    }
+  }
+
+  void look_at_disk() {
+    if (now_ - disk_looked_at_ < disk_every) return;
+    disk_looked_at_ = now_;
+    const Result<std::uint64_t> room = options_.room();
+    if (!room) {
+      spdlog::error("{}", room.error().message());
+      return;
+    }
+    room_ = *room;
+    const bool is_recording = state_ == SessionState::pass;
+    const std::uint64_t least = is_recording ? closing_room : options_.least_room;
+    // A little more has to come back than went.
+    is_disk_low_ = room_ < (is_disk_low_ && !is_recording ? least / 4 * 5 : least);
+    if (!is_disk_low_ || state_ == SessionState::fault) return;
+    fault_ = "this device's disk is nearly full (" + std::to_string(room_ >> 20) +
+             " MiB left for scans); let the host fetch what waits here, or free some space";
+    is_passing_fault_ = true;
+    happen(SessionEvent::disk_low);
+    if (is_recording) notice("the pass was ended: " + fault_);
+  }
+
+  void look_at_host() {
+    if (now_ - host_looked_at_ < host_every) return;
+    host_looked_at_ = now_;
+    count_keyframes();
+    if (uplink_ == nullptr) return;
+    const LinkStatus link = uplink_->status();
+    host_ = {.is_wanted = true, .is_connected = link.phase == LinkStatus::Phase::connected, .text = link.text};
+    has_host_ = link.phase == LinkStatus::Phase::connected || link.phase == LinkStatus::Phase::connecting;
+    if (state_ != SessionState::waiting_for_host || !scan_.scan()) return;
+
+    const std::string id = scan_.scan()->id;
+    const std::optional<SpooledScan> scan = spool_.scan(id);
+    const ScanProgress progress = uplink_->progress(id);
+    host_.stage = progress.stage;
+    host_.fraction = progress.fraction;
+    if (!progress.text.empty()) host_.text = progress.text;
+    if (!scan) {
+      notice("scan " + id + " is no longer in the spool");
+      happen(SessionEvent::cancel);
+    } else if (scan->phase == SpoolPhase::delivered) {
+      notice("the avatar of scan " + id + " is here");
+      happen(SessionEvent::avatar_received);
+    } else if (scan->phase == SpoolPhase::failed) {
+      refuse("the host could not reconstruct scan " + id + ": " + scan->reason);
+    } else if (progress.stage == "refused") {
+      refuse("the host does not take scan " + id + ": " + progress.text);
+    } else if (scan->phase == SpoolPhase::acknowledged) {
+      happen(SessionEvent::all_acknowledged);
+    }
+  }
+
+  void refuse(const std::string& why) {
+    fault_ = why;
+    is_passing_fault_ = false;
+    spdlog::error("{}", why);
+    happen(SessionEvent::reconstruction_failed);
+  }
+
+  void count_keyframes() {
+    keyframes_ = acknowledged_ = 0;
+    const std::optional<SpooledScan> scan = scan_.scan() ? spool_.scan(scan_.scan()->id) : std::nullopt;
+    if (!scan) return;
+    for (const SpooledFile& file : scan->files) {
+      if (file.phase == SpooledFilePhase::discarded || !file.name.starts_with("frames/")) continue;
+      ++keyframes_;
+      if (file.phase == SpooledFilePhase::acknowledged) ++acknowledged_;
+    }
+  }
+
+  // --- What is shown.
+
+  void guide() {
+    seen_.time = now_;
+    seen_.is_recording = state_ == SessionState::pass;
+    seen_.has_camera = !is_lost_;
+    seen_.has_disk = !is_disk_low_;
+    seen_.has_host = uplink_ == nullptr || has_host_;
+    guidance_.update(seen_);
+  }
+
+  void publish() {
+    LiveStatus status;
+    status.state = state_;
+    if (scan_.scan() && state_ != SessionState::idle) status.scan = scan_.scan()->id;
+    status.pass = scan_.pass();
+    if (state_ == SessionState::fault) status.fault = fault_;
+    status.notice = notice_;
+    status.signal = signal_of(state_, guidance_);
+    status.conditions = guidance_.conditions();
+    if (const PassRecorder* const recorder = scan_.recorder()) {
+      frames_ = recorder->frames();
+      show_map(recorder->map());
+    }
+    if (place_) {
+      if (place_->place.known) status.azimuth = place_->place.azimuth;
+      status.band = place_->band;
+    }
+    status.cells = cells_;
+    status.frames = frames_;
+    status.keyframes = keyframes_;
+    status.acknowledged = acknowledged_;
+    status.frames_per_second = rate_.rate(now_);
+    status.disk_free_mib = static_cast<double>(room_) / (1 << 20);
+    status.host = host_;
+    {
+      const std::lock_guard lock(mutex_);
+      status_ = status;
+    }
+    for (const auto& listener : listeners_) listener(status);
+  }
+
+  void show_map(const CoverageMap& map) {
+    for (const Band band : all_bands) {
+      for (int sector = 0; sector < CoverageMap::sectors; ++sector) {
+        const CoverageCell& cell = map.cell(band, sector);
+        cells_[static_cast<std::size_t>(band)][static_cast<std::size_t>(sector)] = {cell.best_frame >= 0,
+                                                                                    cell.is_covered(), cell.quality};
+      }
+    }
+  }
+
+  Cameras cameras_;
+  Spool& spool_;
+  const Uplink* uplink_;
+  LiveSessionOptions options_;
+  std::vector<std::function<void(const LiveStatus&)>> listeners_;
+  std::atomic<bool> is_stopped_{false};
+
+  // Of the session's thread.
+  OpenScan scan_;
+  std::string camera_;  // name in cameras_ of the one that is open
+  std::unique_ptr<FramePump> pump_;
+  SessionState state_ = SessionState::idle;
+  SessionEnd end_ = SessionEnd::stopped;
+  bool is_leaving_ = false;
+  double now_ = 0.0;
+  double armed_at_ = 0.0, disk_looked_at_ = -1e9, host_looked_at_ = -1e9, looked_at_ = -1e9;  // seconds
+  bool wants_arming_ = false;
+  bool is_lost_ = false;
+  bool is_disk_low_ = false;
+  bool is_passing_fault_ = false;  // one that ends by itself
+  bool has_host_ = true;
+  std::string fault_, notice_, recovered_;
+  std::optional<double> next_height_;  // of the scan that begins next, mm
+  std::optional<Observer> observer_;
+  Guidance guidance_;
+  Observation seen_;  // last
+  std::optional<CoverageReading> place_;
+  std::array<std::array<CellStatus, CoverageMap::sectors>, all_bands.size()> cells_{};
+  std::optional<double> first_time_;  // of the pass, by the camera's clock
+  int count_ = 0;                     // frames of the pass
+  int frames_ = 0, keyframes_ = 0, acknowledged_ = 0, shown_ = 0;
+  std::uint64_t room_ = 0;
+  HostStatus host_;
+  RateMeter rate_;
+
+  mutable std::mutex mutex_;  // guards what follows
+  std::deque<OperatorCommand> commands_;
+  LiveStatus status_;
+  std::optional<Preview> preview_;
+};
+
+LiveSession::LiveSession(Cameras cameras, Spool& spool, const std::filesystem::path& folder, const Uplink* uplink,
+                         LiveSessionOptions options)
+    : loop_(std::make_unique<Loop>(std::move(cameras), spool, folder, uplink, std::move(options))) {}
+
+LiveSession::~LiveSession() = default;
+
+void LiveSession::on_status(std::function<void(const LiveStatus&)> listener) {
+  loop_->on_status(std::move(listener));
+}
+
+void LiveSession::post(const OperatorCommand& command) {
+  loop_->post(command);
+}
+
+LiveStatus LiveSession::status() const {
+  return loop_->status();
+}
+
+std::optional<Preview> LiveSession::preview() const {
+  return loop_->preview();
+}
+
+Result<SessionEnd> LiveSession::run() {
+  return loop_->run();
+}
+
+void LiveSession::stop() {
+  loop_->stop();
+}
+
+}  // namespace gyre

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "device/session/pass_recorder.h"
+
+#include "common/selection/ingest.h"
+#include "device/session/kept_selection.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace gyre {
+
+namespace {
+
+std::string file_of(const std::string& pass, int index) {
+  return "frames/" + frame_name(pass, index);
+}
+
+}  // namespace
+
+PassRecorder::PassRecorder(Spool& spool, Scan scan, std::string pass, CameraInfo camera, std::size_t memory)
+    : spool_(spool),
+      scan_(std::move(scan)),
+      name_(std::move(pass)),
+      camera_(std::move(camera)),
+      analysis_(name_, camera_),
+      coverage_(name_, lens_of(camera_)),
+      remembered_(memory) {}
+
+PassRecorder::Picked PassRecorder::add(Frame frame) {
+  std::optional<Frame> copy;
+  if (camera_.live) copy = frame;
+  Picked picked;
+  picked.likely = analysis_.add(std::move(frame));
+  if (copy) picked.spare = spare_of(std::move(*copy));
+  if (camera_.photographs || name_ == "turn") return picked;
+  place_ = coverage_.add(analysis_.reading(), analysis_.luma());
+  constexpr double degrees = 180.0 / M_PI;
+  azimuths_.push_back(place_->place.known ? std::optional(place_->place.azimuth * degrees) : std::nullopt);
+  return picked;
+}
+
+// A compressed frame costs only its memory. Of others the sharpest of a few is worth compressing; every neighbourhood
+// of the rule has two such groups in it.
+std::optional<Frame> PassRecorder::spare_of(Frame frame) {
+  if (!frame.jpeg.empty()) return frame;
+  constexpr int group = 4;
+  const double sharpness = analysis_.reading().measure.sharpness;
+  const bool is_last = frame.index % group == group - 1;
+  if (!sharpest_ || sharpness > sharpness_) {
+    sharpest_ = std::move(frame);
+    sharpness_ = sharpness;
+  }
+  return is_last ? std::exchange(sharpest_, std::nullopt) : std::nullopt;
+}
+
+ScanPass PassRecorder::pass() const {
+  return {name_, camera_.fps, frames(), camera_.width, camera_.height, camera_.focal_35mm};
+}
+
+Result<void> PassRecorder::store(int index, const std::string& jpeg) {
+  if (const Result<void> opened = spool_.open_scan(scan_); !opened) return opened;
+  return spool_.add_file(scan_.id, file_of(name_, index), std::as_bytes(std::span(jpeg)));
+}
+
+Result<void> PassRecorder::keep(const Frame& likely) {
+  const Result<std::string> jpeg = keyframe_jpeg(likely);
+  if (!jpeg) return tl::unexpected(jpeg.error());
+  return store(likely.index, *jpeg);
+}
+
+Result<void> PassRecorder::remember(const Frame& spare) {
+  if (!spare.jpeg.empty()) {
+    remembered_.add(spare);
+    return {};
+  }
+  Result<std::string> jpeg = keyframe_jpeg(spare);
+  if (!jpeg) return tl::unexpected(jpeg.error());
+  remembered_.add({.index = spare.index, .time = spare.time, .image = {}, .jpeg = std::move(*jpeg)});
+  return {};
+}
+
+// The frames of this pass that are in the spool.
+std::set<int> PassRecorder::spooled() const {
+  std::set<int> there;
+  const std::optional<SpooledScan> scan = spool_.scan(scan_.id);
+  if (!scan) return there;
+  for (const SpooledFile& file : scan->files) {
+    const std::optional<FrameId> id = parse_frame_name(std::filesystem::path(file.name).filename().string());
+    if (id && id->pass == name_ && file.phase != SpooledFilePhase::discarded) there.insert(id->index);
+  }
+  return there;
+}
+
+Result<Selection> PassRecorder::decide() const {
+  const auto rule = [&]() -> Result<Selection> {
+    if (!camera_.live) return analysis_.finish();
+    const std::set<int> there = spooled();
+    const auto is_kept = [&](int i) { return there.contains(i) || remembered_.find(i) != nullptr; };
+    std::vector<FrameMeasure> measures;
+    measures.reserve(analysis_.frames().size());
+    for (const MeasuredFrame& frame : analysis_.frames()) measures.push_back(frame.measure);
+    return select_among_kept(measures, is_kept, SelectionOptions::for_pass(name_));
+  };
+  Result<Selection> selection = rule();
+  if (!selection && selection.error().kind == Error::Kind::failed) {
+    selection.error().where = "pass " + name_ + " (" + camera_.name + "), " + selection.error().where;
+  }
+  return selection;
+}
+
+Result<std::vector<FrameRecord>> PassRecorder::finish(const Selection& selection, const Recall& recall,
+                                                      RecordingSummary& summary) {
+  const std::set<int> keyframes(selection.keyframes.begin(), selection.keyframes.end());
+  const Result<std::set<int>> there = settle(keyframes, summary);
+  if (!there) return tl::unexpected(there.error());
+
+  std::vector<int> missing;
+  std::set_difference(keyframes.begin(), keyframes.end(), there->begin(), there->end(), std::back_inserter(missing));
+  if (camera_.live) {
+    for (const int index : missing) {
+      const RecallBuffer::Kept* const kept = remembered_.find(index);
+      if (kept == nullptr) return fail("a frame was not kept", std::to_string(index));
+      if (const Result<void> stored = store(index, kept->jpeg); !stored) return tl::unexpected(stored.error());
+    }
+  } else {
+    const Result<void> recalled = recall(missing, [&](const Frame& frame) { return keep(frame); });
+    if (!recalled) return tl::unexpected(recalled.error());
+  }
+
+  summary.frames += frames();
+  summary.keyframes += static_cast<int>(keyframes.size());
+  std::vector<FrameRecord> records = frame_records(name_, analysis_.frames(), selection);
+  for (std::size_t i = 0; i < azimuths_.size(); ++i) records[i].azimuth = azimuths_[i];
+  return records;
+}
+
+// Takes back what is in the spool and is no keyframe; returns the keyframes that are in it.
+Result<std::set<int>> PassRecorder::settle(const std::set<int>& keyframes, RecordingSummary& summary) {
+  std::set<int> there;
+  const std::optional<SpooledScan> scan = spool_.scan(scan_.id);
+  if (!scan) return there;
+  for (const SpooledFile& file : scan->files) {
+    const std::optional<FrameId> id = parse_frame_name(std::filesystem::path(file.name).filename().string());
+    if (!id || id->pass != name_) continue;
+    if (file.phase == SpooledFilePhase::discarded) {
+      if (!keyframes.contains(id->index)) ++summary.discarded;
+      continue;
+    }
+    if (keyframes.contains(id->index)) {
+      there.insert(id->index);
+      ++summary.early_proposed;
+      if (file.phase == SpooledFilePhase::acknowledged) ++summary.early_keyframes;
+      continue;
+    }
+    ++summary.discarded;
+    if (const Result<void> taken = spool_.discard(scan_.id, file.name); !taken) return tl::unexpected(taken.error());
+  }
+  return there;
+}
+
+}  // namespace gyre
