@@ -55,8 +55,7 @@ Result<void> write_calibration(const fs::path& folder, const std::string& camera
   return write_file(*file, record.dump(2) + "\n");
 }
 
-Result<std::optional<Camera>> read_calibration(const fs::path& folder, const std::string& camera, int width,
-                                               int height) {
+Result<std::optional<Camera>> read_calibration(const fs::path& folder, const std::string& camera) {
   const Result<fs::path> file = calibration_file(folder, camera);
   if (!file) return tl::unexpected(file.error());
   std::error_code error;
@@ -72,7 +71,6 @@ Result<std::optional<Camera>> read_calibration(const fs::path& folder, const std
   if (record.value("camera", json()) != *bare_name(camera)) return std::nullopt;
   const Result<Camera> model = camera_from_json(record["model"]);
   if (!model) return damaged();
-  if (model->width != width || model->height != height) return std::nullopt;
   return *model;
 }
 

@@ -18,9 +18,8 @@ Result<std::filesystem::path> calibration_file(const std::filesystem::path& fold
 Result<void> write_calibration(const std::filesystem::path& folder, const std::string& camera,
                                const Calibration& calibration);
 
-// The lens of a camera that gives upright pictures of that size; nothing when it was never calibrated, or for pictures
-// of another size. Errors: no name of a camera, or the file is damaged.
-Result<std::optional<Camera>> read_calibration(const std::filesystem::path& folder, const std::string& camera,
-                                               int width, int height);
+// The lens of a camera for upright pictures of the size it says; nothing when it was never calibrated. Errors: no name
+// of a camera, or the file is damaged.
+Result<std::optional<Camera>> read_calibration(const std::filesystem::path& folder, const std::string& camera);
 
 }  // namespace gyre

@@ -143,13 +143,13 @@ void DevicePage::add_live_routes() {
   // One picture an answer, asked for when the one before is shown: nothing is ever on its way that is not the latest.
   server_.get("/api/preview\\.jpg", [this](const HttpRequest& request) {
     HttpResponse response;
-    const std::optional<LatestPicture::Numbered> picture = picture_.wait(number_in(request, "after"), longest_poll);
+    const std::optional<LatestPicture::Sent> picture = picture_.wait(number_in(request, "after"), longest_poll);
     if (!picture) {
       response.status = 204;
       return response;
     }
     response.type = "image/jpeg";
-    response.body = *picture->jpeg;
+    response.body = picture->jpeg;
     response.headers["X-Gyre-Number"] = std::to_string(picture->number);
     return response;
   });

@@ -21,8 +21,8 @@ namespace gyre {
 
 inline constexpr int device_page_port = 7470;  // when nothing else is said
 
-// Serves between start() and stop(). show(), preview() and wants_preview() may be called from any thread and never
-// wait for a browser.
+// Serves between start() and stop(). show() and preview() may be called from any thread, with every frame: they keep
+// what they get and never wait for a browser.
 class DevicePage {
  public:
   // The operator asks for something. Called on the server's threads, several at once; an error is shown to whoever
@@ -42,9 +42,8 @@ class DevicePage {
 
   void show(const LiveStatus& status);
 
-  // What the camera sees, upright. Making a picture is worth while only when somebody wants one.
-  bool wants_preview() const { return picture_.is_wanted(); }
-  void preview(std::string jpeg) { picture_.set(std::move(jpeg)); }
+  // What the camera sees: 8-bit BGR, upright, that nobody writes to any more. Compressed only when somebody looks.
+  void preview(const cv::Mat& image) { picture_.set(image); }
 
  private:
   void add_live_routes();

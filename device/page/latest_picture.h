@@ -6,8 +6,8 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
-#include <memory>
 #include <mutex>
+#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 
@@ -16,20 +16,23 @@ namespace gyre {
 // All methods may be called from any thread.
 class LatestPicture {
  public:
-  struct Numbered {
+  static constexpr int longer_side = 640;  // of what is sent, at most, pixels
+  static constexpr int quality = 70;
+
+  struct Sent {
     std::uint64_t number = 0;  // from 1
-    std::shared_ptr<const std::string> jpeg;
+    std::string jpeg;
   };
 
-  // Takes the place of the one before.
-  void set(std::string jpeg);
+  // Takes the place of the one before; costs nothing but that. image: 8-bit BGR, that nobody writes to any more.
+  void set(const cv::Mat& image);
 
   // Waits for a picture with another number than `seen` (0: none was seen) that is not older than half a second;
-  // nothing after `timeout` or close().
-  std::optional<Numbered> wait(std::uint64_t seen, std::chrono::milliseconds timeout);
+  // nothing after `timeout` or close(). It is reduced and compressed here, on the thread of who wants it.
+  std::optional<Sent> wait(std::uint64_t seen, std::chrono::milliseconds timeout);
 
-  // Somebody waits for a picture that is not there yet: the time to make one.
-  bool is_wanted() const;
+  // How many wait for a picture that is not there yet.
+  int waiting() const;
 
   // Nobody waits any more, now and later.
   void close();
@@ -39,7 +42,8 @@ class LatestPicture {
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  Numbered latest_;
+  cv::Mat image_;
+  std::uint64_t number_ = 0;
   Clock::time_point set_at_;
   int waiting_ = 0;
   bool closed_ = false;

@@ -8,8 +8,8 @@
 
 namespace gyre {
 
-// Of a band, {"band", "is_ring", "cells", "quality"}: a ring has to be seen all around, and the texts have a letter a sector: '.' not seen, '~' seen and not sharp,
-// '#' covered; and the best quality in tenths, '0' to '9'. Only the bands of the pass.
+// Of a band of the pass, {"band", "is_ring", "cells", "quality"}. A ring has to be seen all around; the texts have a
+// letter a sector: '.' not seen, '~' seen and not sharp, '#' covered; and the best quality in tenths, '0' to '9'.
 nlohmann::json status_view(const LiveStatus& status);
 
 }  // namespace gyre

@@ -11,6 +11,8 @@
 
 #include <gtest/gtest.h>
 #include <httplib.h>
+#include <atomic>
+#include <future>
 #include <opencv2/imgcodecs.hpp>
 
 namespace gyre {
@@ -144,24 +146,27 @@ TEST_F(DevicePageTest, SaysHowFarTheHostIs) {
 }
 
 TEST_F(DevicePageTest, HandsOutTheLatestPicture) {
-  page_->preview("an old one");
-  page_->preview("a picture");
+  // The camera goes on as long as somebody looks.
+  std::atomic<bool> is_done{false};
+  std::thread camera([&] {
+    while (!is_done) {
+      page_->preview(cv::Mat(60, 80, CV_8UC3, cv::Scalar::all(90)));
+      std::this_thread::yield();
+    }
+  });
   const auto first = client_->Get("/api/preview.jpg?after=0");
-  ASSERT_TRUE(first);
-  EXPECT_EQ(first->status, 200);
-  EXPECT_EQ(first->body, "a picture");
+  const auto next = client_->Get("/api/preview.jpg?after=" + first->get_header_value("X-Gyre-Number"));
+  is_done = true;
+  camera.join();
+  ASSERT_EQ(first->status, 200);
   EXPECT_EQ(first->get_header_value("Content-Type"), "image/jpeg");
   EXPECT_EQ(first->get_header_value("Cache-Control"), "no-store");
-  EXPECT_EQ(first->get_header_value("X-Gyre-Number"), "2");
-  // The next is waited for.
-  std::thread camera([&] {
-    while (!page_->wants_preview()) std::this_thread::yield();
-    page_->preview("the next one");
-  });
-  EXPECT_EQ(client_->Get("/api/preview.jpg?after=2")->body, "the next one");
-  camera.join();
-  // Without a camera there is none.
-  EXPECT_EQ(client_->Get("/api/preview.jpg?after=3")->status, 204);
+  EXPECT_EQ(cv::imdecode(std::vector<char>(first->body.begin(), first->body.end()), cv::IMREAD_COLOR).cols, 80);
+  EXPECT_GT(std::stoi(next->get_header_value("X-Gyre-Number")), std::stoi(first->get_header_value("X-Gyre-Number")));
+}
+
+TEST_F(DevicePageTest, HasNoPictureWithoutACamera) {
+  EXPECT_EQ(client_->Get("/api/preview.jpg?after=0")->status, 204);
 }
 
 TEST_F(DevicePageTest, PassesOnWhatTheOperatorAsksFor) {
@@ -212,13 +217,17 @@ TEST_F(DevicePageTest, HandsOutWhatItKnowsAndNothingElse) {
 }
 
 TEST_F(DevicePageTest, LetsGoWhoWatchesWhenItStops) {
-  std::thread watcher([&] { client_->Get("/api/events", [](const char*, std::size_t) { return true; }); });
-  httplib::Client other("127.0.0.1", page_->port());
-  std::thread viewer([&] { other.Get("/api/preview.jpg?after=0"); });
-  while (!page_->wants_preview()) std::this_thread::yield();
+  std::promise<void> watches;
+  std::thread watcher([&] {
+    bool is_first = true;
+    client_->Get("/api/events", [&](const char*, std::size_t) {
+      if (std::exchange(is_first, false)) watches.set_value();
+      return true;
+    });
+  });
+  watches.get_future().wait();
   page_->stop();
   watcher.join();
-  viewer.join();
 }
 
 TEST_F(DevicePageTest, NeedsItsTokenFromElsewhere) {

@@ -199,11 +199,8 @@ Result<void> play(const std::filesystem::path& folder, int port, const std::stri
       player.read(line);
     }
     page.show(player.at(seconds));
-    if (!page.wants_preview()) continue;
     const auto now = std::chrono::system_clock::now().time_since_epoch();
-    std::vector<unsigned char> jpeg;
-    cv::imencode(".jpg", picture_at(seconds, ++number), jpeg, {cv::IMWRITE_JPEG_QUALITY, 75});
-    page.preview(std::string(jpeg.begin(), jpeg.end()));
+    page.preview(picture_at(seconds, ++number));
     std::printf("%d %lld\n", number,
                 static_cast<long long>(std::chrono::duration_cast<std::chrono::milliseconds>(now).count()));
     std::fflush(stdout);

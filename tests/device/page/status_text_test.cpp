@@ -40,9 +40,10 @@ TEST(StatusView, HasWhatThePageShows) {
   EXPECT_EQ(view.at("conditions")[1].at("name"), "host_gone");
   EXPECT_EQ(view.at("sector"), 12);
   ASSERT_EQ(view.at("coverage").size(), 2u);
-  EXPECT_EQ(
-      view.at("coverage")[0],
-      (json{{"band", "body upper"}, {"cells", "#~" + std::string(22, '.')}, {"quality", "83" + std::string(22, '0')}}));
+  EXPECT_EQ(view.at("coverage")[0], (json{{"band", "body upper"},
+                                          {"is_ring", true},
+                                          {"cells", "#~" + std::string(22, '.')},
+                                          {"quality", "83" + std::string(22, '0')}}));
   EXPECT_EQ(view.at("frames_per_second"), 30.0);
 }
 
