@@ -2,6 +2,7 @@
 // gyre-device: records scans on the rig, keeps them safe and sends them to the workstation.
 #include "common/config/config.h"
 #include "common/log/log.h"
+#include "device/panel/panel.h"
 #include "device/verbs.h"
 
 #include <CLI/CLI.hpp>
@@ -17,8 +18,10 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   gyre::add_config_option(app, "");
   gyre::Verb run;
-  gyre::add_run_verb(app, run);
+  const auto panel = std::make_shared<gyre::PanelOptions>();
+  gyre::add_run_verb(app, run, panel);
   gyre::add_replay_verb(app, run);
+  gyre::add_panel_verb(app, run, panel);
   gyre::add_status_verb(app, run);
   gyre::add_pair_verb(app, run);
   gyre::add_calibrate_verb(app, run);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/http/http_client.h"
 #include "common/http/listen_address.h"
-#include "common/http/own_address.h"
 #include "common/http/token.h"
-#include "device/page/device_page.h"
 #include "device/page/page_link.h"
 #include "device/page/scan_rows.h"
 #include "device/page/status_text.h"
+#include "device/page_flags.h"
 #include "device/spool/spool.h"
 #include "device/verbs.h"
 
@@ -24,7 +23,7 @@ using nlohmann::json;
 struct StatusFlags {
   std::string spool = (data_folder() / "spool").string();
   std::string keys = (data_folder() / "keys").string();
-  std::string page = "0.0.0.0:" + std::to_string(device_page_port);
+  std::string page = PageFlags().page;
   bool as_json = false;
   bool link = false;
 };
@@ -53,23 +52,13 @@ Result<json> read_spool(const StatusFlags& given) {
   return scan_rows(**spool, LiveStatus());
 }
 
-Result<std::string> link_of(const StatusFlags& given, const ListenAddress& page) {
-  std::string host = page.is_every() ? own_address() : page.address;
-  if (host.find(':') != std::string::npos) host = "[" + host + "]";
-  std::string url = "http://" + host + ":" + std::to_string(page.port) + "/";
-  if (!page.is_open()) return page_link(url);
-  const Result<std::string> token = read_or_make_token(page_token(given.keys));
-  if (!token) return tl::unexpected(token.error());
-  return page_link(url + "?token=" + *token);
-}
-
 int status(const StatusFlags& given) {
   const Result<ListenAddress> page = parse_listen_address(given.page);
   if (!page) return report_error(page.error());
   if (given.link) {
-    const Result<std::string> link = link_of(given, *page);
-    if (!link) return report_error(link.error());
-    std::printf("%s", link->c_str());
+    const Result<std::string> url = page_url(*page, given.keys);
+    if (!url) return report_error(url.error());
+    std::printf("%s", page_link(*url).c_str());
     return 0;
   }
   const Result<json> live = ask_daemon(given, *page, "/api/status");

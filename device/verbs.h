@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 
 namespace CLI {
@@ -14,11 +15,15 @@ class App;
 
 namespace gyre {
 
+struct PanelOptions;
+
 // What the chosen verb does; returns the exit code.
 using Verb = std::function<int()>;
 
 void add_replay_verb(CLI::App& app, Verb& run);
-void add_run_verb(CLI::App& app, Verb& run);
+// panel: how it is wired, as the flags of the verb `panel` say; `run` obeys them too.
+void add_run_verb(CLI::App& app, Verb& run, const std::shared_ptr<PanelOptions>& panel);
+void add_panel_verb(CLI::App& app, Verb& run, const std::shared_ptr<PanelOptions>& panel);
 void add_status_verb(CLI::App& app, Verb& run);
 void add_pair_verb(CLI::App& app, Verb& run);
 void add_calibrate_verb(CLI::App& app, Verb& run);

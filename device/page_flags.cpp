@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "device/page_flags.h"
+
+#include "common/http/own_address.h"
+#include "common/http/token.h"
+#include "device/page/device_page.h"
+#include "device/page/page_link.h"
+#include "device/verbs.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+namespace gyre {
+
+PageFlags::PageFlags() : page("0.0.0.0:" + std::to_string(device_page_port)) {}
+
+void add_page_flags(CLI::App& verb, PageFlags& flags) {
+  verb.add_option("--page", flags.page,
+                  "where browsers find the rig's page, ADDRESS:PORT; off: nowhere. From another machine it takes the "
+                  "link that `gyre-device status --link` shows")
+      ->capture_default_str();
+}
+
+Result<HttpOptions> page_options(const PageFlags& flags, const std::filesystem::path& keys) {
+  const Result<ListenAddress> where = parse_listen_address(flags.page);
+  if (!where) return tl::unexpected(where.error());
+  HttpOptions http;
+  http.address = where->address;
+  http.port = where->port;
+  http.link_source = "as `gyre-device status --link` shows it on the rig";
+  if (!where->is_open()) return http;
+  std::error_code error;
+  const bool is_first = !std::filesystem::exists(page_token(keys), error);
+  Result<std::string> token = read_or_make_token(page_token(keys));
+  if (!token) return tl::unexpected(token.error());
+  http.token = std::move(*token);
+  if (is_first) {
+    const Result<std::string> url = page_url(*where, keys);
+    if (!url) return tl::unexpected(url.error());
+    std::fprintf(stderr, "%s", page_link(*url).c_str());
+  }
+  return http;
+}
+
+Result<std::string> page_url(const ListenAddress& page, const std::filesystem::path& keys) {
+  std::string host = page.is_every() ? own_address() : page.address;
+  if (host.find(':') != std::string::npos) host = "[" + host + "]";
+  const std::string url = "http://" + host + ":" + std::to_string(page.port) + "/";
+  if (!page.is_open()) return url;
+  const Result<std::string> token = read_or_make_token(page_token(keys));
+  if (!token) return tl::unexpected(token.error());
+  return url + "?token=" + *token;
+}
+
+}  // namespace gyre

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// SIGTERM and SIGINT as a call.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <thread>
+
+namespace gyre {
+
+// Made before any other thread. The first of the signals calls `stop`, from a thread of its own; a second one ends the
+// program at once.
+class StopSignals {
+ public:
+  explicit StopSignals(std::function<void()> stop);
+  ~StopSignals();
+  StopSignals(const StopSignals&) = delete;
+  StopSignals& operator=(const StopSignals&) = delete;
+
+ private:
+  void wait();
+
+  std::function<void()> stop_;
+  std::atomic<bool> is_over_{false};
+  std::thread thread_;
+};
+
+}  // namespace gyre

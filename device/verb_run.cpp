@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/log/log.h"
+#include "device/camera/camera_device.h"
+#include "device/camera/camera_name.h"
+#include "device/link_flags.h"
+#include "device/panel/panel.h"
+#include "device/session/live_session.h"
+#include "device/spool/spool.h"
+#include "device/stop_signals.h"
+#include "device/uplink/uplink.h"
+#include "device/verbs.h"
+
+#include <spawn.h>
+#include <CLI/CLI.hpp>
+#include <cstring>
+#include <memory>
+#include <sstream>
+
+extern char** environ;
+
+namespace gyre {
+
+namespace {
+
+struct RunFlags {
+  std::string camera;
+  std::string head_camera;
+  std::string mode = "orbit";
+  std::string spool = (data_folder() / "spool").string();
+  LinkFlags link;
+  double height_mm = 0.0;
+  std::string shut_down = "systemctl poweroff";
+};
+
+// A camera by its name; how it can be wrong is found out at once, and whether it is there later.
+Result<CameraFactory> camera_named(const std::string& name) {
+  if (const Result<CameraName> parsed = parse_camera_name(name); !parsed) return tl::unexpected(parsed.error());
+  return CameraFactory([name] { return open_camera(name, Pace::recorded); });
+}
+
+Result<LiveSession::Cameras> cameras_of(const RunFlags& given) {
+  LiveSession::Cameras cameras;
+  if (given.camera.empty()) {
+    return wrong_use("no camera is named", "", "give --camera, or camera = \"v4l2:/dev/...\" under [run] in --config");
+  }
+  Result<CameraFactory> usual = camera_named(given.camera);
+  if (!usual) return tl::unexpected(usual.error());
+  cameras[""] = std::move(*usual);
+  if (given.head_camera.empty()) return cameras;
+  Result<CameraFactory> head = camera_named(given.head_camera);
+  if (!head) return tl::unexpected(head.error());
+  cameras["head"] = std::move(*head);
+  return cameras;
+}
+
+// Runs what switches the board off, without waiting for it.
+int switch_off(const std::string& command) {
+  spdlog::info("shutting down: {}", command);
+  std::istringstream words(command);
+  std::vector<std::string> parts;
+  for (std::string word; words >> word;) parts.push_back(word);
+  if (parts.empty()) return 0;
+  std::vector<char*> arguments;
+  for (std::string& part : parts) arguments.push_back(part.data());
+  arguments.push_back(nullptr);
+  pid_t child = 0;
+  const int error = ::posix_spawnp(&child, arguments[0], nullptr, nullptr, arguments.data(), environ);
+  if (error == 0) return 0;
+  return report_error(fail("cannot switch the device off", command + " (" + std::strerror(error) + ")",
+                           "pull the plug; everything is on disk")
+                          .value());
+}
+
+int run(const RunFlags& given, const PanelOptions& panel_options) {
+  Result<LiveSession::Cameras> cameras = cameras_of(given);
+  if (!cameras) return report_error(cameras.error());
+  if (const Result<void> valid = panel_options.check(); !valid) return report_error(valid.error());
+  LiveSessionOptions options;
+  options.mode = given.mode;
+  options.device = given.link.name;
+  if (given.height_mm > 0.0) options.height_mm = given.height_mm;
+  if (const Result<void> valid = options.check(); !valid) return report_error(valid.error());
+
+  // Before anything has threads, so that none of them gets the signals.
+  LiveSession* to_stop = nullptr;
+  std::mutex stopping;
+  bool is_stopped = false;
+  const StopSignals signals([&] {
+    const std::lock_guard lock(stopping);
+    is_stopped = true;
+    if (to_stop != nullptr) to_stop->stop();
+  });
+
+  const Result<std::unique_ptr<Spool>> spool = Spool::open(given.spool);
+  if (!spool) return report_error(spool.error());
+  std::unique_ptr<Uplink> uplink;
+  if (!given.link.host.empty()) {
+    const Result<UplinkOptions> link = uplink_options(given.link);
+    if (!link) return report_error(link.error());
+    uplink = std::make_unique<Uplink>(*link, **spool);
+  }
+  LiveSession session(std::move(*cameras), **spool, given.spool, uplink.get(), options);
+
+  std::unique_ptr<Panel> panel;
+  if (!panel_options.is_empty()) {
+    std::vector<Error> troubles;
+    const auto press = [&](OperatorCommand::Kind kind) { session.post({kind, std::nullopt}); };
+    panel = std::make_unique<Panel>(panel_options, press, troubles);
+    for (const Error& trouble : troubles) spdlog::error("{}; going on without it", trouble.message());
+    session.on_status([&](const LiveStatus& status) { panel->show(status); });
+  }
+  // The page joins here: it listens with on_status(), shows preview() and post()s commands, as the panel does.
+
+  {
+    const std::lock_guard lock(stopping);
+    to_stop = &session;
+    if (is_stopped) session.stop();
+  }
+  const Result<SessionEnd> end = session.run();
+  {
+    const std::lock_guard lock(stopping);
+    to_stop = nullptr;
+  }
+  panel.reset();
+  if (!end) return report_error(end.error());
+  return *end == SessionEnd::shut_down ? switch_off(given.shut_down) : 0;
+}
+
+}  // namespace
+
+void add_run_verb(CLI::App& app, Verb& chosen, const std::shared_ptr<PanelOptions>& panel) {
+  const auto flags = std::make_shared<RunFlags>();
+  CLI::App* verb = app.add_subcommand("run", "the rig's daemon: camera, button, lights, and scans on their way");
+  verb->add_option("--camera", flags->camera, "the camera: libcamera:, libcamera:ID, v4l2:DEVICE or replay:PATH");
+  verb->add_option("--head-camera", flags->head_camera, "camera of the head pass; default: the same");
+  verb->add_option("--mode", flags->mode, "orbit: the camera goes around, body and head; turn: the person turns")
+      ->check(CLI::IsMember({"orbit", "turn"}))
+      ->capture_default_str();
+  add_link_flags(*verb, flags->link);
+  verb->add_option("--spool", flags->spool, "folder where scans are kept")->capture_default_str();
+  verb->add_option("--height-mm", flags->height_mm, "stature of subjects, millimetres; 0: not known")
+      ->check(CLI::Range(0.0, 3000.0))
+      ->capture_default_str();
+  verb->add_option("--shut-down", flags->shut_down, "command for a very long press of the button")
+      ->capture_default_str();
+  verb->callback([flags, panel, &chosen] { chosen = [flags, panel] { return run(*flags, *panel); }; });
+}
+
+}  // namespace gyre
