@@ -33,8 +33,8 @@ std::filesystem::path cameras_folder() {
   return data_folder() / "cameras";
 }
 
-std::filesystem::path page_token(const std::filesystem::path& keys) {
-  return keys / "page.token";
+std::filesystem::path page_token(const std::filesystem::path& spool) {
+  return spool / "page.token";
 }
 
 std::string default_device_name() {

@@ -23,11 +23,11 @@ struct PageFlags {
 
 void add_page_flags(CLI::App& verb, PageFlags& flags);
 
-// How the daemon serves it. Who connects from elsewhere needs the token among the keys, which is made here on first
-// use; the link that has it is then shown on standard error, once.
-Result<HttpOptions> page_options(const PageFlags& flags, const std::filesystem::path& keys);
+// How the daemon serves it. Who connects from elsewhere needs the token in the spool, which is made here on first
+// use; the link that has it is then shown, once, when a terminal is there.
+Result<HttpOptions> page_options(const PageFlags& flags, const std::filesystem::path& spool);
 
-// The link for a phone, with the token.
-Result<std::string> page_url(const ListenAddress& page, const std::filesystem::path& keys);
+// The link for a phone, with the token. Errors: there is no spool yet, or the token cannot be read.
+Result<std::string> page_url(const ListenAddress& page, const std::filesystem::path& spool);
 
 }  // namespace gyre

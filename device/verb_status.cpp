@@ -22,7 +22,6 @@ using nlohmann::json;
 
 struct StatusFlags {
   std::string spool = (data_folder() / "spool").string();
-  std::string keys = (data_folder() / "keys").string();
   std::string page = PageFlags().page;
   bool as_json = false;
   bool link = false;
@@ -33,7 +32,7 @@ Result<json> ask_daemon(const StatusFlags& given, const ListenAddress& page, con
   constexpr std::chrono::seconds patience{5};
   std::string token;
   if (page.is_open() && !page.is_every()) {
-    Result<std::string> kept = read_or_make_token(page_token(given.keys));
+    Result<std::string> kept = read_or_make_token(page_token(given.spool));
     if (!kept) return tl::unexpected(kept.error());
     token = std::move(*kept);
   }
@@ -56,7 +55,7 @@ int status(const StatusFlags& given) {
   const Result<ListenAddress> page = parse_listen_address(given.page);
   if (!page) return report_error(page.error());
   if (given.link) {
-    const Result<std::string> url = page_url(*page, given.keys);
+    const Result<std::string> url = page_url(*page, given.spool);
     if (!url) return report_error(url.error());
     std::printf("%s", page_link(*url).c_str());
     return 0;
@@ -80,9 +79,9 @@ void add_status_verb(CLI::App& app, Verb& run) {
   CLI::App* verb = app.add_subcommand("status", "what the rig is doing, and how far each of its scans has got");
   verb->add_option("--page", flags->page, "where the daemon serves its page, ADDRESS:PORT; it is asked there")
       ->capture_default_str();
-  verb->add_option("--spool", flags->spool, "folder where scans are kept, read while no daemon runs")
+  verb->add_option("--spool", flags->spool,
+                   "folder where scans are kept, read while no daemon runs, with the token of the page")
       ->capture_default_str();
-  verb->add_option("--keys", flags->keys, "folder of this device's keys")->capture_default_str();
   verb->add_flag("--json", flags->as_json, "one JSON object instead of a screen");
   verb->add_flag("--link", flags->link, "show the link to the page instead, as QR code and as text");
   verb->callback([flags, &run] { run = [flags] { return status(*flags); }; });
