@@ -52,7 +52,8 @@ Result<json> read_spool(const StatusFlags& given) {
 }
 
 int status(const StatusFlags& given) {
-  const Result<ListenAddress> page = parse_listen_address(given.page);
+  const bool is_off = given.page == "off";
+  const Result<ListenAddress> page = parse_listen_address(is_off ? PageFlags().page : given.page);
   if (!page) return report_error(page.error());
   if (given.link) {
     const Result<std::string> url = page_url(*page, given.spool);
@@ -60,7 +61,7 @@ int status(const StatusFlags& given) {
     std::printf("%s", page_link(*url).c_str());
     return 0;
   }
-  const Result<json> live = ask_daemon(given, *page, "/api/status");
+  const Result<json> live = is_off ? Result<json>(json()) : ask_daemon(given, *page, "/api/status");
   if (!live) return report_error(live.error());
   const Result<json> scans = live->is_object() ? ask_daemon(given, *page, "/api/scans") : read_spool(given);
   if (!scans) return report_error(scans.error());
@@ -77,7 +78,8 @@ int status(const StatusFlags& given) {
 void add_status_verb(CLI::App& app, Verb& run) {
   const auto flags = std::make_shared<StatusFlags>();
   CLI::App* verb = app.add_subcommand("status", "what the rig is doing, and how far each of its scans has got");
-  verb->add_option("--page", flags->page, "where the daemon serves its page, ADDRESS:PORT; it is asked there")
+  verb->add_option("--page", flags->page,
+                   "where the daemon serves its page, ADDRESS:PORT; it is asked there. off: nobody is")
       ->capture_default_str();
   verb->add_option("--spool", flags->spool,
                    "folder where scans are kept, read while no daemon runs, with the token of the page")
