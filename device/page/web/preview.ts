@@ -4,6 +4,7 @@
 import { element } from "../../../common/page/dom";
 
 const stillAfter = 1500; // ms without a picture, then the one shown is not what the camera sees
+const interval = 80; // ms from one question to the next: the rig has other things to do than to compress pictures
 
 export class Preview {
   readonly root: HTMLElement;
@@ -38,21 +39,23 @@ export class Preview {
         await new Promise((resolve) => document.addEventListener("visibilitychange", resolve, { once: true }));
         continue;
       }
+      const next = performance.now() + interval;
       try {
         const response = await fetch(`/api/preview.jpg?after=${seen}`, { signal: this.stopped.signal });
         if (response.status === 200) {
           seen = response.headers.get("X-Gyre-Number") ?? "0";
           await this.show(await response.blob(), seen);
+          await this.pause(next - performance.now());
         } else if (!response.ok) {
-          await this.pause();
+          await this.pause(1000);
         }
       } catch {
-        if (!this.stopped.signal.aborted) await this.pause();
+        if (!this.stopped.signal.aborted) await this.pause(1000);
       }
     }
   }
 
-  private pause = () => new Promise((resolve) => setTimeout(resolve, 1000));
+  private pause = (ms: number) => new Promise((resolve) => setTimeout(resolve, Math.max(0, ms)));
 
   private async show(picture: Blob, number: string): Promise<void> {
     const before = this.image.src;
