@@ -23,7 +23,6 @@ struct Correspondences {
 struct Solution {
   Camera camera;
   double error = 0.0;
-  double focal_deviation = 0.0;
   std::vector<double> errors;  // by view
 };
 
@@ -58,13 +57,13 @@ Correspondences correspondences_of(std::span<const BoardView> views) {
 Result<Solution> solve(std::span<const BoardView> views, int width, int height) {
   const Correspondences all = correspondences_of(views);
   cv::Mat lens = cv::Mat::eye(3, 3, CV_64F);
-  cv::Mat distortion, lens_deviations, pose_deviations, errors;
+  cv::Mat distortion, errors;
   std::vector<cv::Mat> rotations, translations;
   Solution solution;
   try {
     solution.error =
         cv::calibrateCamera(all.on_board, all.in_picture, {width, height}, lens, distortion, rotations, translations,
-                            lens_deviations, pose_deviations, errors, cv::CALIB_FIX_ASPECT_RATIO | cv::CALIB_FIX_K3);
+                            cv::noArray(), cv::noArray(), errors, cv::CALIB_FIX_ASPECT_RATIO | cv::CALIB_FIX_K3);
   } catch (const cv::Exception&) {
     return fail("the views of the board do not make a lens", "", "take other pictures, from more directions");
   }
@@ -79,9 +78,29 @@ Result<Solution> solve(std::span<const BoardView> views, int width, int height) 
                      .k2 = coefficient(1),
                      .p1 = coefficient(2),
                      .p2 = coefficient(3)};
-  solution.focal_deviation = lens_deviations.at<double>(1) / solution.camera.fy;
   solution.errors.assign(errors.begin<double>(), errors.end<double>());
   return solution;
+}
+
+// Standard deviation of the focal length, of that length, by the jackknife (Efron 1982): how much it changes when one
+// of five parts of the views is left out.
+Result<double> focal_deviation(std::span<const BoardView> views, int width, int height) {
+  constexpr std::size_t groups = 5;
+  std::array<double, groups> focal{};
+  double mean = 0.0;
+  for (std::size_t group = 0; group < groups; ++group) {
+    std::vector<BoardView> rest;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      if (i % groups != group) rest.push_back(views[i]);
+    }
+    const Result<Solution> solution = solve(rest, width, height);
+    if (!solution) return tl::unexpected(solution.error());
+    focal[group] = solution->camera.fy;
+    mean += focal[group] / groups;
+  }
+  double sum = 0.0;
+  for (const double f : focal) sum += (f - mean) * (f - mean);
+  return std::sqrt(sum * (groups - 1) / groups) / mean;
 }
 
 // Without the views that fit three times worse than the middle one, as of a board that moved.
@@ -184,8 +203,10 @@ Result<Calibration> calibrate_camera(std::span<const BoardView> views, int width
     solution = solve(used, width, height);
     if (!solution) return tl::unexpected(solution.error());
   }
+  const Result<double> deviation = focal_deviation(used, width, height);
+  if (!deviation) return tl::unexpected(deviation.error());
   const Calibration found = {solution->camera, static_cast<int>(used.size()), solution->error,
-                             covered(used, width, height), solution->focal_deviation};
+                             covered(used, width, height), *deviation};
   if (const Result<void> good = judge(found, used, options); !good) return tl::unexpected(good.error());
   return found;
 }

@@ -10,7 +10,7 @@ namespace {
 
 // Of the picture's longer side.
 constexpr double still = 0.004;  // from one picture to the next
-constexpr double other = 0.04;   // to every view that was taken
+constexpr double other = 0.015;  // to every view that was taken
 
 // Mean distance of the corners that both have, pixels; infinite when they share too few.
 double distance(const BoardView& a, const BoardView& b) {

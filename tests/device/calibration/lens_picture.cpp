@@ -9,28 +9,22 @@
 namespace gyre {
 
 cv::Mat picture_through_lens(const Camera& camera, const Pose& cam_from_board) {
-  constexpr double fine = 2.0;     // samples a pixel, a side
   constexpr double margin = 0.15;  // of the picture, that the lens may bring in from outside
   Camera straight = camera.without_distortion();
-  const double width = straight.width, height = straight.height;
-  straight.width = static_cast<int>(fine * (1 + 2 * margin) * width);
-  straight.height = static_cast<int>(fine * (1 + 2 * margin) * height);
-  straight.fx *= fine;
-  straight.fy *= fine;
-  straight.cx = fine * (straight.cx + margin * width);
-  straight.cy = fine * (straight.cy + margin * height);
+  straight.width += 2 * cvRound(margin * camera.width);
+  straight.height += 2 * cvRound(margin * camera.height);
+  straight.cx += cvRound(margin * camera.width);
+  straight.cy += cvRound(margin * camera.height);
   const cv::Mat drawn = picture_of_board(straight, cam_from_board);
-  cv::Mat places(static_cast<int>(fine * height), static_cast<int>(fine * width), CV_32FC2);
+  cv::Mat places(camera.height, camera.width, CV_32FC2);
   for (int y = 0; y < places.rows; ++y) {
     for (int x = 0; x < places.cols; ++x) {
-      const Eigen::Vector2d ray = camera.normalised_from_pixel({(x + 0.5) / fine, (y + 0.5) / fine});
-      const Eigen::Vector2d at = straight.pixel_from_normalised(ray);
+      const Eigen::Vector2d at = straight.pixel_from_normalised(camera.normalised_from_pixel({x + 0.5, y + 0.5}));
       places.at<cv::Vec2f>(y, x) = {static_cast<float>(at.x() - 0.5), static_cast<float>(at.y() - 0.5)};
     }
   }
-  cv::Mat samples, picture;
-  cv::remap(drawn, samples, places, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  cv::resize(samples, picture, {camera.width, camera.height}, 0, 0, cv::INTER_AREA);
+  cv::Mat picture;
+  cv::remap(drawn, picture, places, cv::noArray(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
   return picture;
 }
 
