@@ -268,12 +268,13 @@ class HttpServer::Impl {
     HttpResponse response;
     response.status = 401;
     response.type = "text/html; charset=utf-8";
+    const std::string title =
+        request.has_param("token") ? "This link is not valid any more" : "This page needs its link";
     response.body =
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
         "content=\"width=device-width, initial-scale=1\"><meta name=\"color-scheme\" content=\"light dark\">"
-        "<title>Gyre: a token is needed</title><h1>" +
-        std::string(request.has_param("token") ? "This link is not valid any more" : "This page needs its link") +
-        "</h1><p>Only who has the token may look. To get in, " + remedy + ".</p></html>";
+        "<link rel=\"icon\" href=\"data:,\"><title>Gyre</title><main><h1>" +
+        title + "</h1><p>Only who has the token may look. To get in, " + remedy + ".</p></main></html>";
     return response;
   }
 

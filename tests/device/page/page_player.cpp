@@ -72,6 +72,7 @@ class Player {
     std::string word;
     words >> word;
     status_.state = state_named(word);
+    if (status_.state == SessionState::idle) passes_ = 0;
     status_.conditions.reset();
     while (words >> word) {
       for (std::size_t i = 0; i < condition_count; ++i) {
