@@ -45,8 +45,9 @@ void add_coverage(std::ostringstream& out, const json& status) {
     std::string name = text_of(band, "band");
     const std::string cells = text_of(band, "cells");
     name.resize(std::max(name.size(), width), ' ');
-    line(out, is_first ? "coverage" : "",
-         name + cells + "  " + std::to_string(std::ranges::count(cells, '#')) + " of " + std::to_string(cells.size()));
+    std::string share = "  " + std::to_string(std::ranges::count(cells, '#'));
+    if (band.is_object() && band.value("is_ring", json()) == true) share += " of " + std::to_string(cells.size());
+    line(out, is_first ? "coverage" : "", name + cells + share);
     is_first = false;
   }
 }
