@@ -29,6 +29,14 @@ std::filesystem::path host_key(const std::filesystem::path& keys) {
   return keys / "host.pub";
 }
 
+std::filesystem::path cameras_folder() {
+  return data_folder() / "cameras";
+}
+
+std::filesystem::path page_token(const std::filesystem::path& spool) {
+  return spool / "page.token";
+}
+
 std::string default_device_name() {
   char name[256] = {};
   const bool known = ::gethostname(name, sizeof name - 1) == 0;

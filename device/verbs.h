@@ -38,6 +38,12 @@ std::filesystem::path data_folder();
 std::filesystem::path device_key(const std::filesystem::path& keys);
 std::filesystem::path host_key(const std::filesystem::path& keys);
 
+// Folder of the calibrations of its cameras, see device/calibration/calibration_file.h.
+std::filesystem::path cameras_folder();
+
+// The file with the token of the rig's page.
+std::filesystem::path page_token(const std::filesystem::path& spool);
+
 // What this device calls itself when nothing is said: the host name, made fit for a file name.
 std::string default_device_name();
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/keys/keys.h"
 #include "common/keys/pairing_code.h"
+#include "common/qr/qr_text.h"
 #include "offload/ingest/pairing.h"
-#include "offload/ingest/qr_text.h"
 #include "offload/verbs.h"
 
 #include <arpa/inet.h>

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "common/http/listen_address.h"
 #include "common/http/token.h"
 #include "common/keys/keys.h"
 #include "common/log/log_format.h"
+#include "common/service/service_manager.h"
 #include "offload/host_operations.h"
 #include "offload/ingest/ingest_server.h"
 #include "offload/orbit.h"
@@ -59,21 +61,14 @@ Result<PipelineOptions> options_of_scan(const ServeFlags& given, const Store& st
   return pipeline_options(flags, scan.height_mm);
 }
 
-// ADDRESS:PORT, with brackets around an address that has colons itself. A token for whoever may connect from elsewhere
-// is made in the store.
+// A token for whoever may connect from elsewhere is made in the store.
 Result<HttpOptions> page_address(const ServeFlags& given) {
+  const Result<ListenAddress> where = parse_listen_address(given.page);
+  if (!where) return tl::unexpected(where.error());
   HttpOptions http;
-  const std::size_t colon = given.page.rfind(':');
-  const std::string port = colon == std::string::npos ? "" : given.page.substr(colon + 1);
-  if (port.empty() || port.size() > 5 || port.find_first_not_of("0123456789") != std::string::npos) {
-    return wrong_use("--page is not ADDRESS:PORT", given.page, "give 127.0.0.1:7480, say, or off");
-  }
-  http.address = given.page.substr(0, colon);
-  if (http.address.starts_with('[') && http.address.ends_with(']')) {
-    http.address = http.address.substr(1, http.address.size() - 2);
-  }
-  http.port = std::stoi(port);
-  if (is_loopback_address(http.address) || http.address == "localhost") return http;
+  http.address = where->address;
+  http.port = where->port;
+  if (!where->is_open()) return http;
   Result<std::string> token = read_or_make_token(std::filesystem::path(given.store) / "page.token");
   if (!token) return tl::unexpected(token.error());
   http.token = std::move(*token);
@@ -173,6 +168,8 @@ int serve(const ServeFlags& given) {
   // Signals are waited for below; blocked here so that every thread inherits it.
   const sigset_t signals = awaited_signals();
   ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  const Result<ServiceManager> manager = ServiceManager::from_environment();
+  if (!manager) return report_error(manager.error());
 
   raise_descriptor_limit();
   const std::filesystem::path folder = given.store;
@@ -226,8 +223,10 @@ int serve(const ServeFlags& given) {
   std::printf("%s\n", ready.dump().c_str());
   std::fflush(stdout);
   spdlog::info("serving on {}", server.endpoint());
+  if (const Result<void> told = manager->ready(); !told) spdlog::warn("{}", told.error().message());
 
   wait_for_the_end(signals);
+  if (const Result<void> told = manager->stopping(); !told) spdlog::warn("{}", told.error().message());
   spdlog::info("stopping; scans in work continue with the next start");
   const StopLimit limit;
   // Browsers may take their time, and need nothing of the rest to end.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/http/http_server.h"
 
+#include "common/http/own_address.h"
+
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <httplib.h>
@@ -277,14 +279,30 @@ class HttpServer::Impl {
       case Access::granted:
         return true;
       case Access::needs_token:
-        send(error_response(401, "open the page with the link that this program printed: it has the token in it"),
-             response);
+        send(without_token(request), response);
         return false;
       case Access::refused:
         send(error_response(403, "only this program's own page may ask for that"), response);
         return false;
     }
     return false;
+  }
+
+  // A person is told on a page, the page itself in JSON.
+  HttpResponse without_token(const httplib::Request& request) const {
+    const std::string remedy = "open the page with the link that has it, " + options_.link_source;
+    if (request.path != "/") return error_response(401, "a token is needed here: " + remedy);
+    HttpResponse response;
+    response.status = 401;
+    response.type = "text/html; charset=utf-8";
+    const std::string title =
+        request.has_param("token") ? "This link is not valid any more" : "This page needs its link";
+    response.body =
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
+        "content=\"width=device-width, initial-scale=1\"><meta name=\"color-scheme\" content=\"light dark\">"
+        "<link rel=\"icon\" href=\"data:,\"><title>Gyre</title><main><h1>" +
+        title + "</h1><p>Only who has the token may look. To get in, " + remedy + ".</p></main></html>";
+    return response;
   }
 
   Result<void> start() {
@@ -318,10 +336,7 @@ class HttpServer::Impl {
 
   std::string url() const {
     std::string host = options_.address;
-    if (host == "0.0.0.0" || host == "::") {
-      std::array<char, 256> name{};
-      host = ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "localhost";
-    }
+    if (host == "0.0.0.0" || host == "::") host = own_address();
     if (host.find(':') != std::string::npos) host = "[" + host + "]";
     std::string url = "http://" + host + ":" + std::to_string(port_) + "/";
     if (!options_.token.empty() && !is_loopback_address(options_.address)) url += "?token=" + options_.token;

@@ -22,6 +22,8 @@ struct HttpOptions {
   std::string address = "127.0.0.1";  // to listen on
   int port = 0;                       // 0: any free one
   std::string token;                  // what peers that are not on this machine have to show; empty: none gets in
+  // Tells people without it where the link is to be had, "as ..."; plain text for HTML.
+  std::string link_source = "as this program printed it at its start";
   std::uint64_t max_body_bytes = 1 << 20;
   std::uint64_t max_upload_bytes = std::uint64_t{8} << 30;  // of bodies that are read piece by piece
 

@@ -112,7 +112,7 @@ TEST_F(BadInput, UnreachableHostKeepsTheScan) {
       run_program("gyre-device", {"--log-level", "error", "replay", pictures("good", 30, 10), "--spool", at("spool"),
                                   "--keys", at("keys"), "--host", "tcp://127.0.0.1:1", "--patience-s", "0.5"});
   EXPECT_EQ(f.code, 1) << f.err;
-  const Finished status = run_program("gyre-device", {"status", "--spool", at("spool")});
+  const Finished status = run_program("gyre-device", {"status", "--page", "off", "--spool", at("spool")});
   EXPECT_EQ(status.code, 0);
   EXPECT_NE(status.out.find("closed"), std::string::npos) << status.out;
 }

@@ -3,6 +3,7 @@
 
 #include "common/bundle/atomic_file.h"
 #include "common/http/event_stream.h"
+#include "common/http/own_address.h"
 #include "tests/device/spool/scan_support.h"
 
 #include <arpa/inet.h>
@@ -184,6 +185,28 @@ TEST_F(HttpServerTest, TurnsTheTokenOfALinkIntoACookie) {
   const httplib::Headers bearer = {{"Host", "rig.example"}, {"Authorization", std::string("Bearer ") + secret}};
   EXPECT_EQ(client_->Get("/", bearer)->status, 200);
   EXPECT_FALSE(client_->Get("/?token=wrong")->has_header("Set-Cookie"));
+}
+
+TEST_F(HttpServerTest, TellsAPersonWithoutTheTokenOnAPage) {
+  HttpOptions options;
+  options.address = "0.0.0.0";
+  options.token = secret;
+  options.link_source = "as the rig shows it";
+  HttpServer server(options);
+  server.serve(files_);
+  ASSERT_TRUE(server.start());
+  EXPECT_EQ(server.url(), "http://" + own_address() + ":" + std::to_string(server.port()) + "/?token=" + secret);
+  httplib::Client elsewhere(own_address(), server.port());
+  const auto page = elsewhere.Get("/");
+  if (!page || page->status == 403) GTEST_SKIP() << "this machine has no address but its loopback";
+  EXPECT_EQ(page->status, 401);
+  EXPECT_EQ(page->get_header_value("Content-Type"), "text/html; charset=utf-8");
+  EXPECT_NE(page->body.find("as the rig shows it"), std::string::npos);
+  EXPECT_NE(elsewhere.Get("/?token=wrong")->body.find("not valid"), std::string::npos);
+  const auto script = elsewhere.Get("/assets/a.js");
+  EXPECT_EQ(script->status, 401);
+  EXPECT_TRUE(nlohmann::json::parse(script->body).contains("error"));
+  EXPECT_EQ(elsewhere.Get(std::string("/?token=") + secret)->status, 303);
 }
 
 TEST_F(HttpServerTest, StreamsEventsUntilItStops) {

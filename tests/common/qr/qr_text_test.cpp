@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "offload/ingest/qr_text.h"
+#include "common/qr/qr_text.h"
 
 #include <gtest/gtest.h>
 
