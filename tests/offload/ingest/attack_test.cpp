@@ -6,6 +6,7 @@
 #include "tests/offload/ingest/tcp_proxy.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -72,8 +73,9 @@ class Attack : public testing::Test {
   }
   // Only what the good device sent is in the store.
   void expect_nothing_came_in() {
+    const std::vector<StoredScan> scans = host_.store().scans().value();
     std::vector<std::string> stored;
-    for (const StoredScan& scan : host_.store().scans().value()) stored.push_back(scan.id);
+    for (const StoredScan& scan : scans) stored.push_back(scan.id);
     std::vector<std::string> sent = scans_;
     std::sort(sent.begin(), sent.end());
     EXPECT_EQ(stored, sent);
@@ -102,8 +104,8 @@ TEST_F(Attack, WithAnotherProtocolAltogether) {
   const int fd = connection();
   const std::string request = "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n" + std::string(1000, 'x');
   ASSERT_GT(::send(fd, request.data(), request.size(), MSG_NOSIGNAL), 0);
-  EXPECT_TRUE(is_logged("turned away"));
   hear_out(fd);
+  EXPECT_TRUE(is_logged("connection(s) ended"));
 }
 
 TEST_F(Attack, WithAnUnknownKey) {

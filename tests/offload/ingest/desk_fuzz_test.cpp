@@ -78,7 +78,8 @@ TEST(DeskFuzz, MutatedMessagesTouchNothingElse) {
     EXPECT_TRUE(name == "scans" || name == "incoming" || name == "lock" || name.starts_with("catalogue.sqlite"))
         << name;
   }
-  for (const StoredScan& scan : target().store->scans().value()) {
+  const std::vector<StoredScan> scans = target().store->scans().value();
+  for (const StoredScan& scan : scans) {
     EXPECT_TRUE(scan.id == others.id || scan.device_key == key) << scan.id;
   }
 }
