@@ -133,7 +133,7 @@ TEST_F(PanelGuestSlow, AWholeScanFromTheButtonToTheHost) {
     cv::imwrite(file.string(), texture(cv::Rect(step * i, 0, width, height)).clone());
     recorded.insert(sha256(read_file(file).value()));
   }
-  const int code = guest_.run(R"(
+  const int code = guest_.run(R"sh(
     plug_panel
     plug_in $OUT/pictures 320 240 20
     $BIN/gyre-offload serve --store /tmp/host --endpoint 'tcp://127.0.0.1:7410' --page off >$OUT/ready 2>$OUT/host &
@@ -157,7 +157,7 @@ TEST_F(PanelGuestSlow, AWholeScanFromTheButtonToTheHost) {
     kill -TERM $daemon
     wait $daemon
     [ $(lights) = 000 ]
-  )");
+  )sh");
   EXPECT_EQ(code, 0) << guest_.log() << said("device") << said("host");
   int bundles = 0;
   for (const auto& entry : fs::directory_iterator(guest_.out() / "spool")) {
