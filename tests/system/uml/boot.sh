@@ -16,7 +16,7 @@ shift 3
 launch=() legacy=
 if grep -qm1 amx_tile /proc/cpuinfo; then
   launch=(python3 "$here/legacy_registers.py")
-  legacy='GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX,-AVX2,-AVX512F,-AVX512VL,-AVX512BW OPENCV_CPU_DISABLE=AVX,AVX2,FMA3,FP16,AVX_512F,AVX512_COMMON,AVX512_SKX'
+  legacy='GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX,-AVX2,-AVX512F,-AVX512VL,-AVX512BW OPENCV_CPU_DISABLE=AVX,AVX2,FMA3,FP16,AVX512F'
 fi
 
 {
