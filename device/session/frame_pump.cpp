@@ -33,9 +33,7 @@ FramePump::~FramePump() {
 
 PumpNews FramePump::next(std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
-  const auto is_news = [&] {
-    return !frames_.empty() || (news_.has_ended && !is_end_told_) || news_.is_given_up;
-  };
+  const auto is_news = [&] { return !frames_.empty() || (news_.has_ended && !is_end_told_) || news_.is_given_up; };
   changed_.wait_for(lock, timeout, is_news);
   PumpNews news = news_;
   if (frames_.empty()) {

@@ -74,7 +74,7 @@ class FramePump {
   std::optional<CameraInfo> info_;
   std::deque<Frame> frames_;
   std::deque<std::function<void()>> tasks_;
-  PumpNews news_;          // without a frame
+  PumpNews news_;  // without a frame
   bool is_end_told_ = false;
   bool is_stopped_ = false;
   bool is_over_ = false;  // the thread does nothing more

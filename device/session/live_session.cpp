@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/session/live_session.h"
 
+#include "device/session/disk_watch.h"
 #include "device/session/frame_pump.h"
+#include "device/session/host_watch.h"
 #include "device/session/observer.h"
 #include "device/session/open_scan.h"
+#include "device/session/session_desk.h"
 #include "device/session/signals.h"
 
 #include <spdlog/spdlog.h>
 #include <algorithm>
 #include <atomic>
 #include <deque>
-#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -19,11 +21,8 @@ namespace gyre {
 namespace {
 
 constexpr std::chrono::milliseconds look_every{50};  // without a frame
-constexpr double disk_every = 1.0;                   // seconds
-constexpr double host_every = 0.25;
-constexpr double idle_every = 0.2;                 // pictures are looked at while nothing is recorded
-constexpr std::uint64_t closing_room = 16U << 20;  // what closing a pass may still need, bytes
-constexpr double settle_grace = 5.0;               // seconds that a camera may be late with its lock
+constexpr double idle_every = 0.2;                   // seconds; pictures are looked at while nothing is recorded
+constexpr double settle_grace = 5.0;                 // seconds that a camera may be late with its lock
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -56,31 +55,18 @@ class LiveSession::Loop {
        LiveSessionOptions options)
       : cameras_(std::move(cameras)),
         spool_(spool),
-        uplink_(uplink),
         options_(std::move(options)),
-        scan_(spool, folder, {options_.mode, options_.device, options_.camera, options_.memory}) {
-    if (!options_.room) options_.room = [this] { return spool_.room(); };
-  }
+        host_(spool, uplink),
+        disk_(options_.room ? options_.room : [&spool] { return spool.room(); }, options_.least_room),
+        scan_(spool, folder, {options_.mode, options_.device, options_.camera, options_.memory}) {}
 
-  void on_status(std::function<void(const LiveStatus&)> listener) { listeners_.push_back(std::move(listener)); }
-
-  void post(const OperatorCommand& command) {
-    const std::lock_guard lock(mutex_);
-    commands_.push_back(command);
-  }
-  LiveStatus status() const {
-    const std::lock_guard lock(mutex_);
-    return status_;
-  }
-  std::optional<Preview> preview() const {
-    const std::lock_guard lock(mutex_);
-    return preview_;
-  }
+  SessionDesk& desk() { return desk_; }
   void stop() { is_stopped_ = true; }
 
   Result<SessionEnd> run() {
     use_camera();
     resume();
+    spdlog::info("waiting for the button");
     while (!is_leaving_) {
       PumpNews news = pump_->next(look_every);
       now_ = now_s();
@@ -114,7 +100,7 @@ class LiveSession::Loop {
 
   SessionFacts facts() const {
     SessionFacts facts = scan_.facts();
-    facts.has_host = uplink_ != nullptr;
+    facts.has_host = host_.is_wanted();
     return facts;
   }
 
@@ -239,6 +225,9 @@ class LiveSession::Loop {
     save();
     observer_.emplace(scan_.pass(), scan_.is_last_pass());
     guidance_ = Guidance();
+    seen_ = {};
+    place_.reset();
+    cells_ = {};
     first_time_.reset();
     count_ = 0;
   }
@@ -287,12 +276,7 @@ class LiveSession::Loop {
   // --- What comes from outside.
 
   void take_commands() {
-    std::deque<OperatorCommand> commands;
-    {
-      const std::lock_guard lock(mutex_);
-      commands.swap(commands_);
-    }
-    for (const OperatorCommand& command : commands) {
+    for (const OperatorCommand& command : desk_.take_commands()) {
       if (command.height_mm) next_height_ = command.height_mm;
       if (command.kind == OperatorCommand::Kind::shut_down) {
         end_ = SessionEnd::shut_down;
@@ -306,10 +290,7 @@ class LiveSession::Loop {
   void take(Frame frame) {
     rate_.frame(now_);
     const cv::Mat image = frame.image;
-    {
-      const std::lock_guard lock(mutex_);
-      preview_ = Preview{++shown_, image};
-    }
+    desk_.show(image);
     if (state_ != SessionState::pass) {
       if (now_ - looked_at_ < idle_every) return;
       looked_at_ = now_;
@@ -333,27 +314,17 @@ class LiveSession::Loop {
       is_passing_fault_ = true;
       happen(SessionEvent::camera_lost);
     }
-    if (state_ == SessionState::fault && is_passing_fault_ && !is_lost_ && !is_disk_low_) {
+    if (state_ == SessionState::fault && is_passing_fault_ && !is_lost_ && !disk_.is_low()) {
       is_passing_fault_ = false;
       happen(SessionEvent::trouble_over);
     }
   }
 
   void look_at_disk() {
-    if (now_ - disk_looked_at_ < disk_every) return;
-    disk_looked_at_ = now_;
-    const Result<std::uint64_t> room = options_.room();
-    if (!room) {
-      spdlog::error("{}", room.error().message());
-      return;
-    }
-    room_ = *room;
     const bool is_recording = state_ == SessionState::pass;
-    const std::uint64_t least = is_recording ? closing_room : options_.least_room;
-    // A little more has to come back than went.
-    is_disk_low_ = room_ < (is_disk_low_ && !is_recording ? least / 4 * 5 : least);
-    if (!is_disk_low_ || state_ == SessionState::fault) return;
-    fault_ = "this device's disk is nearly full (" + std::to_string(room_ >> 20) +
+    disk_.look(now_, is_recording);
+    if (!disk_.is_low() || state_ == SessionState::fault) return;
+    fault_ = "this device's disk is nearly full (" + std::to_string(disk_.left() >> 20) +
              " MiB left for scans); let the host fetch what waits here, or free some space";
     is_passing_fault_ = true;
     happen(SessionEvent::disk_low);
@@ -361,52 +332,14 @@ class LiveSession::Loop {
   }
 
   void look_at_host() {
-    if (now_ - host_looked_at_ < host_every) return;
-    host_looked_at_ = now_;
-    count_keyframes();
-    if (uplink_ == nullptr) return;
-    const LinkStatus link = uplink_->status();
-    host_ = {.is_wanted = true, .is_connected = link.phase == LinkStatus::Phase::connected, .text = link.text};
-    has_host_ = link.phase == LinkStatus::Phase::connected || link.phase == LinkStatus::Phase::connecting;
-    if (state_ != SessionState::waiting_for_host || !scan_.scan()) return;
-
-    const std::string id = scan_.scan()->id;
-    const std::optional<SpooledScan> scan = spool_.scan(id);
-    const ScanProgress progress = uplink_->progress(id);
-    host_.stage = progress.stage;
-    host_.fraction = progress.fraction;
-    if (!progress.text.empty()) host_.text = progress.text;
-    if (!scan) {
-      notice("scan " + id + " is no longer in the spool");
-      happen(SessionEvent::cancel);
-    } else if (scan->phase == SpoolPhase::delivered) {
-      notice("the avatar of scan " + id + " is here");
-      happen(SessionEvent::avatar_received);
-    } else if (scan->phase == SpoolPhase::failed) {
-      refuse("the host could not reconstruct scan " + id + ": " + scan->reason);
-    } else if (progress.stage == "refused") {
-      refuse("the host does not take scan " + id + ": " + progress.text);
-    } else if (scan->phase == SpoolPhase::acknowledged) {
-      happen(SessionEvent::all_acknowledged);
+    const std::optional<HostNews> news = host_.look(now_, scan_.scan(), state_ == SessionState::waiting_for_host);
+    if (!news) return;
+    if (news->event == SessionEvent::reconstruction_failed) {
+      say_fault({news->text, {}, {}});
+    } else if (!news->text.empty()) {
+      notice(news->text);
     }
-  }
-
-  void refuse(const std::string& why) {
-    fault_ = why;
-    is_passing_fault_ = false;
-    spdlog::error("{}", why);
-    happen(SessionEvent::reconstruction_failed);
-  }
-
-  void count_keyframes() {
-    keyframes_ = acknowledged_ = 0;
-    const std::optional<SpooledScan> scan = scan_.scan() ? spool_.scan(scan_.scan()->id) : std::nullopt;
-    if (!scan) return;
-    for (const SpooledFile& file : scan->files) {
-      if (file.phase == SpooledFilePhase::discarded || !file.name.starts_with("frames/")) continue;
-      ++keyframes_;
-      if (file.phase == SpooledFilePhase::acknowledged) ++acknowledged_;
-    }
+    happen(news->event);
   }
 
   // --- What is shown.
@@ -415,8 +348,8 @@ class LiveSession::Loop {
     seen_.time = now_;
     seen_.is_recording = state_ == SessionState::pass;
     seen_.has_camera = !is_lost_;
-    seen_.has_disk = !is_disk_low_;
-    seen_.has_host = uplink_ == nullptr || has_host_;
+    seen_.has_disk = !disk_.is_low();
+    seen_.has_host = host_.is_there();
     guidance_.update(seen_);
   }
 
@@ -439,16 +372,12 @@ class LiveSession::Loop {
     }
     status.cells = cells_;
     status.frames = frames_;
-    status.keyframes = keyframes_;
-    status.acknowledged = acknowledged_;
+    status.keyframes = host_.keyframes();
+    status.acknowledged = host_.acknowledged();
     status.frames_per_second = rate_.rate(now_);
-    status.disk_free_mib = static_cast<double>(room_) / (1 << 20);
-    status.host = host_;
-    {
-      const std::lock_guard lock(mutex_);
-      status_ = status;
-    }
-    for (const auto& listener : listeners_) listener(status);
+    status.disk_free_mib = static_cast<double>(disk_.left()) / (1 << 20);
+    status.host = host_.status();
+    desk_.tell(status);
   }
 
   void show_map(const CoverageMap& map) {
@@ -463,12 +392,13 @@ class LiveSession::Loop {
 
   Cameras cameras_;
   Spool& spool_;
-  const Uplink* uplink_;
   LiveSessionOptions options_;
-  std::vector<std::function<void(const LiveStatus&)>> listeners_;
+  SessionDesk desk_;
   std::atomic<bool> is_stopped_{false};
 
   // Of the session's thread.
+  HostWatch host_;
+  DiskWatch disk_;
   OpenScan scan_;
   std::string camera_;  // name in cameras_ of the one that is open
   std::unique_ptr<FramePump> pump_;
@@ -476,12 +406,10 @@ class LiveSession::Loop {
   SessionEnd end_ = SessionEnd::stopped;
   bool is_leaving_ = false;
   double now_ = 0.0;
-  double armed_at_ = 0.0, disk_looked_at_ = -1e9, host_looked_at_ = -1e9, looked_at_ = -1e9;  // seconds
+  double armed_at_ = 0.0, looked_at_ = -1e9;  // seconds
   bool wants_arming_ = false;
   bool is_lost_ = false;
-  bool is_disk_low_ = false;
   bool is_passing_fault_ = false;  // one that ends by itself
-  bool has_host_ = true;
   std::string fault_, notice_, recovered_;
   std::optional<double> next_height_;  // of the scan that begins next, mm
   std::optional<Observer> observer_;
@@ -491,15 +419,8 @@ class LiveSession::Loop {
   std::array<std::array<CellStatus, CoverageMap::sectors>, all_bands.size()> cells_{};
   std::optional<double> first_time_;  // of the pass, by the camera's clock
   int count_ = 0;                     // frames of the pass
-  int frames_ = 0, keyframes_ = 0, acknowledged_ = 0, shown_ = 0;
-  std::uint64_t room_ = 0;
-  HostStatus host_;
+  int frames_ = 0;
   RateMeter rate_;
-
-  mutable std::mutex mutex_;  // guards what follows
-  std::deque<OperatorCommand> commands_;
-  LiveStatus status_;
-  std::optional<Preview> preview_;
 };
 
 LiveSession::LiveSession(Cameras cameras, Spool& spool, const std::filesystem::path& folder, const Uplink* uplink,
@@ -509,19 +430,19 @@ LiveSession::LiveSession(Cameras cameras, Spool& spool, const std::filesystem::p
 LiveSession::~LiveSession() = default;
 
 void LiveSession::on_status(std::function<void(const LiveStatus&)> listener) {
-  loop_->on_status(std::move(listener));
+  loop_->desk().on_status(std::move(listener));
 }
 
 void LiveSession::post(const OperatorCommand& command) {
-  loop_->post(command);
+  loop_->desk().post(command);
 }
 
 LiveStatus LiveSession::status() const {
-  return loop_->status();
+  return loop_->desk().status();
 }
 
 std::optional<Preview> LiveSession::preview() const {
-  return loop_->preview();
+  return loop_->desk().preview();
 }
 
 Result<SessionEnd> LiveSession::run() {

@@ -8,6 +8,7 @@
 #include "device/session/live_status.h"
 #include "device/session/operator_command.h"
 #include "device/session/pass_recorder.h"
+#include "device/session/session_desk.h"
 #include "device/spool/spool.h"
 #include "device/uplink/uplink.h"
 
@@ -17,7 +18,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 
@@ -35,12 +35,6 @@ struct LiveSessionOptions {
   std::function<Result<std::uint64_t>()> room;         // on the disk; empty: asks the spool
 
   Result<void> check() const;
-};
-
-// One picture of the camera, as it is measured.
-struct Preview {
-  int number = 0;  // of the frame, ascending
-  cv::Mat image;   // 8-bit BGR, upright; nobody writes to it any more
 };
 
 // How a session ended.

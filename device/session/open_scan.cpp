@@ -91,6 +91,7 @@ void OpenScan::begin(const std::optional<double>& height_mm) {
   scan.height_mm = height_mm;
   scan.camera = options_.camera;
   scan_ = std::move(scan);
+  store_.forget_records();  // of another one
   passes_ = passes_of(options_.mode);
   pass_ = passes_.front();
   current_.reset();

@@ -151,7 +151,7 @@ TEST_F(BadInput, HelpNamesEveryOption) {
     EXPECT_EQ(f.code, 0) << verb;
     EXPECT_FALSE(f.out.empty()) << verb;
   }
-  for (const char* verb : {"run", "replay", "pair", "status", "calibrate"})
+  for (const char* verb : {"run", "replay", "panel", "pair", "status", "calibrate"})
     EXPECT_EQ(run_program("gyre-device", {verb, "--help"}).code, 0) << verb;
 }
 

@@ -38,11 +38,13 @@ std::string Guest::lacking() {
   return {};
 }
 
-int Guest::run(const std::string& script) {
+int Guest::run(const std::string& script, Time time) {
   if (!write_file(out() / "script", script)) return -1;
   const fs::path boot = sources / "uml/boot.sh";
-  return run_program(fs::canonical(boot).string(), {fs::canonical(kernel()).string(), (out() / "script").string(),
-                                                    out().string(), std::string("BIN=") + GYRE_BIN})
+  const char* const options = time == Time::virtual_time ? "time-travel=inf-cpu" : "";
+  return run_program("/usr/bin/env", {std::string("KERNEL_OPTIONS=") + options, fs::canonical(boot).string(),
+                                      fs::canonical(kernel()).string(), (out() / "script").string(), out().string(),
+                                      std::string("BIN=") + GYRE_BIN})
       .code;
 }
 

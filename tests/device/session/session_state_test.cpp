@@ -141,9 +141,9 @@ TEST(SessionState, ARestartLosesNothing) {
       EXPECT_NE(step.to, State::pass);
       const bool is_recording =
           state == State::arming || state == State::pass || state == State::finishing || state == State::fault;
-      if (!is_recording) EXPECT_EQ(step.to, state);
-      if (is_recording && facts.has_cut_pass) EXPECT_EQ(step.action, Action::recover_pass);
-      if (is_recording && facts.has_pass) EXPECT_NE(step.to, State::idle);
+      EXPECT_TRUE(is_recording || step.to == state);
+      EXPECT_TRUE(!is_recording || !facts.has_cut_pass || step.action == Action::recover_pass);
+      EXPECT_FALSE(is_recording && facts.has_pass && step.to == State::idle);
     }
   }
 }

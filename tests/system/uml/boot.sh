@@ -6,14 +6,21 @@
 #
 # KERNEL: folder with `linux` and `lib/modules`. The guest sees / as it is here but writes to memory; OUT is the one
 # folder it shares, as $OUT under the same path. What the script prints goes to OUT/log; its exit code is ours. 124: it
-# took longer than $PATIENCE seconds (120). 125: the kernel did not come up.
+# took longer than $PATIENCE seconds (120). 125: the kernel did not come up. $KERNEL_OPTIONS: more for its command line.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 kernel=$(realpath "$1") script=$(realpath "$2") out=$(realpath "$3")
 shift 3
 
+# See legacy_registers.py. Threads of one program then share the registers of AVX, so nothing there uses them.
+launch=() legacy=
+if grep -qm1 amx_tile /proc/cpuinfo; then
+  launch=(python3 "$here/legacy_registers.py")
+  legacy='GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX,-AVX2,-AVX512F,-AVX512VL,-AVX512BW OPENCV_CPU_DISABLE=AVX,AVX2,FMA3,FP16,AVX_512F,AVX512_COMMON,AVX512_SKX'
+fi
+
 {
-  echo "export OUT=$out HERE=$here PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root TERM=dumb LC_ALL=C.UTF-8"
+  echo "export OUT=$out HERE=$here PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root TERM=dumb LC_ALL=C.UTF-8 $legacy"
   for variable in "$@"; do printf 'export %q\n' "$variable"; done
 } >"$out/environment"
 
@@ -54,8 +61,8 @@ rm -f "$out/exit-code"
 memory=$(mktemp -d /dev/shm/gyre-guest-XXXXXX)
 trap 'rm -rf "$memory"' EXIT
 status=0
-TMPDIR=$memory HOME=$memory timeout -k 5 "${PATIENCE:-120}" "$kernel/linux" mem="${MEMORY:-1200M}" rootfstype=hostfs rootflags=/ ro \
-  init="$out/init" quiet loglevel=3 con=null con0=fd:0,fd:1 </dev/null >"$out/console" 2>&1 || status=$?
+TMPDIR=$memory HOME=$memory timeout -k 5 "${PATIENCE:-120}" ${launch[@]+"${launch[@]}"} "$kernel/linux" mem="${MEMORY:-1200M}" rootfstype=hostfs rootflags=/ ro \
+  init="$out/init" ${KERNEL_OPTIONS:-} quiet loglevel=3 con=null con0=fd:0,fd:1 </dev/null >"$out/console" 2>&1 || status=$?
 [ -f "$out/exit-code" ] && exit "$(cat "$out/exit-code")"
 [ "$status" = 124 ] && exit 124
 exit 125

@@ -48,3 +48,42 @@ pull_out() {
   kill "$usb_camera"
   wait "$usb_camera" || true
 }
+
+# plug_panel: a GPIO chip labelled gyre-panel with a button (line 2) and three lights (3 to 5); $panel holds its lines.
+plug_panel() {
+  modprobe gpio-sim
+  local config=/sys/kernel/config/gpio-sim/panel number=2 name
+  mkdir -p $config/bank0
+  echo gyre-panel >$config/bank0/label
+  echo 8 >$config/bank0/num_lines
+  for name in BUTTON RED GREEN BLUE; do
+    mkdir $config/bank0/line$number
+    echo GYRE_$name >$config/bank0/line$number/name
+    number=$((number + 1))
+  done
+  echo 1 >$config/live
+  panel=/sys/devices/platform/$(cat $config/dev_name)/$(cat $config/bank0/chip_name)
+  chip=$(cat $config/bank0/chip_name)
+  until_true 10 test -c "/dev/$chip"
+  # Not pressed: the button pulls the line down.
+  echo pull-up >"$panel/sim_gpio2/pull"
+}
+
+pull_panel() {
+  local config=/sys/kernel/config/gpio-sim/panel
+  echo 0 >$config/live
+  rmdir $config/bank0/line* $config/bank0 $config
+}
+
+# press SECONDS: holds the button for that long.
+press() {
+  echo pull-down >"$panel/sim_gpio2/pull"
+  sleep "$1"
+  echo pull-up >"$panel/sim_gpio2/pull"
+  sleep 0.1
+}
+
+# lights: what the three show, as "100" for red.
+lights() {
+  echo "$(cat "$panel/sim_gpio3/value")$(cat "$panel/sim_gpio4/value")$(cat "$panel/sim_gpio5/value")"
+}

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// gyre-device run as a service manager sees it.
+#include "common/bundle/atomic_file.h"
+#include "tests/system/programs.h"
+#include "tests/temporary_folder.h"
+
+#include <gtest/gtest.h>
+#include <chrono>
+#include <opencv2/imgcodecs.hpp>
+#include <thread>
+
+namespace gyre {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RunTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    fs::create_directories(pictures());
+    for (int i = 0; i < 10; ++i)
+      cv::imwrite((pictures() / (std::to_string(i) + ".jpg")).string(), cv::Mat(64, 96, CV_8UC3, cv::Scalar::all(99)));
+  }
+  fs::path pictures() const { return folder_.path() / "pictures"; }
+  std::string at(const std::string& name) const { return (folder_.path() / name).string(); }
+  std::string log() const { return read_file(folder_.path() / "log").value_or(""); }
+  void wait_for_log(const std::string& text, Running& program) const {
+    while (log().find(text) == std::string::npos) {
+      ASSERT_FALSE(program.ended()) << log();
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(RunTest, StopsWhenItIsToldTo) {
+  Running rig("gyre-device", {"run", "--camera", "replay:" + pictures().string(), "--spool", at("spool")},
+              folder_.path() / "out", folder_.path() / "log");
+  wait_for_log("waiting for the button", rig);
+  EXPECT_EQ(rig.stop(), 0) << log();
+}
+
+TEST_F(RunTest, GoesOnWithoutItsPanel) {
+  ASSERT_TRUE(write_file(folder_.path() / "rig.toml",
+                         "[run]\ncamera = \"replay:" + pictures().string() + "\"\nspool = \"" + at("spool") +
+                             "\"\n[panel]\nbutton = \"GYRE_NO_SUCH_BUTTON\"\nred = \"no-such-chip:3\"\n"));
+  Running rig("gyre-device", {"--config", at("rig.toml"), "run"}, folder_.path() / "out", folder_.path() / "log");
+  wait_for_log("waiting for the button", rig);
+  EXPECT_NE(log().find("going on without it"), std::string::npos) << log();
+  EXPECT_EQ(rig.stop(), 0) << log();
+}
+
+TEST_F(RunTest, WrongUseIsToldApartFromWhatIsNotThere) {
+  EXPECT_EQ(run_program("gyre-device", {"run", "--spool", at("spool")}).code, 2);
+  EXPECT_EQ(run_program("gyre-device", {"run", "--camera", "film:x", "--spool", at("spool")}).code, 2);
+  ASSERT_TRUE(write_file(folder_.path() / "rig.toml",
+                         "[run]\ncamera = \"replay:x\"\nspool = \"" + at("spool") + "\"\n[panel]\nbutton = \"17\"\n"));
+  const Finished numbered = run_program("gyre-device", {"--config", at("rig.toml"), "run"});
+  EXPECT_EQ(numbered.code, 2);
+  EXPECT_NE(numbered.err.find("not the name of a GPIO line"), std::string::npos) << numbered.err;
+}
+
+}  // namespace
+}  // namespace gyre
