@@ -20,7 +20,7 @@ class NoticesTest : public testing::Test {
     return std::get<Kind>(*message);
   }
   std::uint32_t waiting_ = 3;
-  std::uint64_t room_ = 1ULL << 40;
+  std::uint64_t room_ = (1ULL << 40) + 5000;
   Notices notices_{[this](wire::DeviceStatus& status) {
     status.waiting_files = waiting_;
     status.free_bytes = room_;

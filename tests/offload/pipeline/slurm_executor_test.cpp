@@ -133,7 +133,8 @@ TEST_F(SlurmExecutorTest, StagesRunOneAfterTheOtherAndSayHowFarTheyAre) {
   const std::string asked = read_file(bin_ / "queue" / "100.asked").value();
   EXPECT_NE(asked.find("--mem=1280"), std::string::npos) << asked;
   EXPECT_NE(asked.find("--cpus-per-task=6"), std::string::npos) << asked;
-  // Again: nothing has changed.
+  // Again, when the queue has seen the last job's end: nothing has changed.
+  while (state(101) != "COMPLETED\n") std::this_thread::yield();
   EXPECT_TRUE(resume()->at(1).resumed);
 }
 
