@@ -14,9 +14,10 @@ constexpr std::uint64_t room_step = 64 << 20;
 
 bool same(const wire::DeviceStatus& a, const wire::DeviceStatus& b) {
   const auto key = [](const wire::DeviceStatus& s) {
-    return std::tuple(s.state, s.text, s.scan, s.free_bytes / room_step, s.waiting_scans, s.waiting_files);
+    return std::tie(s.state, s.text, s.scan, s.waiting_scans, s.waiting_files);
   };
-  return key(a) == key(b);
+  const std::uint64_t room = a.free_bytes > b.free_bytes ? a.free_bytes - b.free_bytes : b.free_bytes - a.free_bytes;
+  return key(a) == key(b) && room < room_step;
 }
 
 }  // namespace

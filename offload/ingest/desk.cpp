@@ -75,11 +75,11 @@ struct Desk::Handler {
 };
 
 Desk::Desk(DeskOptions options, Store& store, IsAllowed is_allowed, Send send,
-           std::function<void(const std::string&)> on_queued, LinkBoard& board)
+           std::function<void(const std::string&)> on_queued, LinkBoard& board, std::function<void()> on_finished)
     : options_(options),
       store_(store),
       board_(board),
-      receiver_(store, options.max_file_bytes, board.counts),
+      receiver_(store, options.max_file_bytes, board.counts, std::move(on_finished)),
       is_allowed_(std::move(is_allowed)),
       send_(std::move(send)),
       on_queued_(std::move(on_queued)) {}
@@ -109,7 +109,31 @@ void Desk::handle(const std::string& peer, const std::string& key, std::string_v
   if (scan && !device.scans.contains(*scan)) {
     return refuse(peer, RefusalKind::not_allowed, "scan " + *scan + " is not open here");
   }
+  if (scan && !std::holds_alternative<wire::FileChunk>(*message)) settle(*scan);
+  if (const auto* open = std::get_if<wire::ScanOpen>(&*message)) settle(open->scan);
   std::visit(Handler{*this, peer, device}, *message);
+}
+
+void Desk::answer_finished() {
+  say_finished();
+  remove_gone();
+}
+
+void Desk::say_finished() {
+  for (Receiver::Finished& one : receiver_.finished()) {
+    const std::string peer = peer_of(one.scan);
+    if (peer.empty()) continue;  // it asks when it comes back
+    if (one.answer) {
+      send(peer, std::move(*one.answer));
+    } else {
+      give_up(peer, one.answer.error());
+    }
+  }
+}
+
+void Desk::settle(const std::string& scan_id) {
+  receiver_.wait_for(scan_id);
+  say_finished();
 }
 
 void Desk::greet(const std::string& peer, const std::string& key, const wire::Hello& hello) {

@@ -33,12 +33,20 @@ class Desk {
   // Whether a key is on the list of devices still.
   using IsAllowed = std::function<bool(const std::string& key)>;
 
-  // board: is told who is there, and counts; outlives the desk.
-  Desk(DeskOptions options, Store& store, IsAllowed is_allowed, Send send,
-       std::function<void(const std::string& scan_id)> on_queued, LinkBoard& board);
+  // board: is told who is there, and counts; outlives the desk. on_finished is called, from another thread, when
+  // answer_finished() has something to do.
+  Desk(
+      DeskOptions options, Store& store, IsAllowed is_allowed, Send send,
+      std::function<void(const std::string& scan_id)> on_queued, LinkBoard& board,
+      std::function<void()> on_finished = [] {});
 
   // One message, as it came: key is the peer's authenticated public key, bytes what it sent.
   void receive(const std::string& peer, const std::string& key, std::string_view bytes);
+
+  // Answers for files that are on disk by now.
+  void answer_finished();
+  // Waits until all that have come whole are, and answers for them.
+  void settle(const std::string& scan_id);
 
   // Tells the scan's device, when it is there, and remembers for when it comes.
   void publish(const wire::StageProgress& progress);
@@ -71,6 +79,7 @@ class Desk {
   void refuse(const std::string& peer, RefusalKind kind, const std::string& reason, bool permanent = true);
   void give_up(const std::string& peer, const Error& error);
   void handle(const std::string& peer, const std::string& key, std::string_view bytes);
+  void say_finished();
   void remove_gone();
   std::string peer_of(const std::string& scan_id) const;
 

@@ -138,7 +138,7 @@ void IngestServer::Worker::serve() {
       {options_.credit_bytes, options_.max_file_bytes, options_.silence_timeout, options_.reserve_bytes}, store_,
       [&](const std::string& key) { return allowed.contains(key); },
       [this](const std::string& peer, wire::Message message) { return send(peer, std::move(message)); }, on_queued_,
-      board_);
+      board_, [this] { wakeup_.notify(); });
   while (true) {
     std::array<zmq::pollitem_t, 3> items = {{{socket_->handle(), 0, ZMQ_POLLIN, 0},
                                              {nullptr, wakeup_.descriptor(), ZMQ_POLLIN, 0},
@@ -151,7 +151,9 @@ void IngestServer::Worker::serve() {
     }
     deliver_posts(desk);
     for (int i = 0; i < messages_between_posts && receive_one(desk); ++i) {
+      desk.answer_finished();
     }
+    desk.answer_finished();
     desk.forget_gone();
     door_->look();
   }

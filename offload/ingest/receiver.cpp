@@ -142,6 +142,7 @@ Result<std::optional<wire::Message>> Receiver::accept(const wire::FileChunk& chu
   if (chunk.file.size > max_file_bytes_) return fail("a file is larger than the host takes", chunk.file.name);
 
   const fs::path part = part_of(chunk.scan, chunk.file.name, chunk.file.sha256);
+  if (finishing_.contains(part)) return Answer();  // sent twice
   const std::uint64_t held = size_or_zero(part);
   if (chunk.offset > held) {
     if (!resuming_.insert(part).second) return Answer();
@@ -155,29 +156,39 @@ Result<std::optional<wire::Message>> Receiver::accept(const wire::FileChunk& chu
     }
   }
   if (std::max(end, held) < chunk.file.size) return Answer();
-  return finish(chunk, part);
+  finishing_.insert(part);
+  finisher_.add({chunk.scan, chunk.file, part});
+  return Answer();
 }
 
-Result<std::optional<wire::Message>> Receiver::finish(const wire::FileChunk& chunk, const fs::path& part) {
-  using Answer = std::optional<wire::Message>;
-  const Result<std::string> hash = sha256_of_file(part);
-  if (!hash) return tl::unexpected(hash.error());
-  if (*hash != chunk.file.sha256) {
-    ++counts_.damaged_files;
-    spdlog::warn("scan {}: {} arrived damaged and is fetched again", chunk.scan, chunk.file.name);
-    std::error_code error;
-    fs::remove(part, error);
-    resuming_.insert(part);
-    return Answer(wire::FileResume{chunk.scan, chunk.file.name, chunk.file.sha256, 0});
+std::vector<Receiver::Finished> Receiver::finished() {
+  std::vector<Finished> all;
+  for (const FinishedFile& one : finisher_.take()) {
+    const auto& [scan, file, part] = one.arrived;
+    finishing_.erase(part);
+    if (!one.stored) {
+      all.push_back({scan, tl::unexpected(one.stored.error())});
+      continue;
+    }
+    if (!*one.stored) {
+      ++counts_.damaged_files;
+      spdlog::warn("scan {}: {} arrived damaged and is fetched again", scan, file.name);
+      resuming_.insert(part);
+      all.push_back({scan, wire::FileResume{scan, file.name, file.sha256, 0}});
+      continue;
+    }
+    ++counts_.received_files;
+    if (file.name.starts_with(frames_folder)) ++counts_.received_frames;
+    all.push_back({scan, wire::FileAck{scan, file.name, file.sha256}});
   }
-  if (Result<void> synced = sync_path(part); !synced) return tl::unexpected(synced.error());
-  const fs::path file = store_.bundle(chunk.scan).root() / chunk.file.name;
-  if (Result<void> moved = rename_durably(part, file); !moved) return tl::unexpected(moved.error());
-  const StoredFile entry{chunk.file.name, chunk.file.size, chunk.file.sha256};
-  if (Result<void> added = store_.add_file(chunk.scan, entry); !added) return tl::unexpected(added.error());
-  ++counts_.received_files;
-  if (chunk.file.name.starts_with(frames_folder)) ++counts_.received_frames;
-  return Answer(wire::FileAck{chunk.scan, chunk.file.name, chunk.file.sha256});
+  return all;
+}
+
+void Receiver::wait_for(const std::string& scan_id) {
+  const fs::path folder = store_.incoming(scan_id);
+  const bool busy = std::any_of(finishing_.begin(), finishing_.end(),
+                                [&](const fs::path& part) { return part.parent_path() == folder; });
+  if (busy) finisher_.wait();
 }
 
 Result<void> Receiver::discard(const wire::Discard& discard) {

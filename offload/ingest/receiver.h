@@ -4,32 +4,49 @@
 
 #include "common/result/result.h"
 #include "common/wire/wire.h"
+#include "offload/ingest/finisher.h"
 #include "offload/ingest/link_board.h"
 #include "offload/store/store.h"
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 namespace gyre {
 
 // Files arrive in <store>/incoming/<scan-id>/ under a name made of theirs and their hash, so that what was received is
 // known after any restart from the disk alone; a complete one is checked, synced, moved into the bundle and catalogued,
-// and only then acknowledged. An error means that the store cannot go on (a full disk), not that the peer is at fault.
-// Callers have made sure that the scan is open and belongs to the device.
+// and only then acknowledged; that is the finisher's work, whose outcome finished() hands out. An error means that the
+// store cannot go on (a full disk), not that the peer is at fault. Callers have made sure that the scan is open and
+// belongs to the device.
 class Receiver {
  public:
-  Receiver(Store& store, std::uint64_t max_file_bytes, LinkCounts& counts)
-      : store_(store), max_file_bytes_(max_file_bytes), counts_(counts) {}
+  // on_finished is called, from another thread, when finished() has something.
+  Receiver(
+      Store& store, std::uint64_t max_file_bytes, LinkCounts& counts, std::function<void()> on_finished = [] {})
+      : store_(store), max_file_bytes_(max_file_bytes), counts_(counts), finisher_(store, std::move(on_finished)) {}
 
   // What the host has of a scan. Files that vanished from the disk are taken out of the catalogue first.
   Result<wire::ScanState> state(const std::string& scan_id);
 
-  // Stores a chunk. Returns the answer when there is one: FileAck, FileResume, or ScanState when the scan takes no
-  // files.
+  // Stores a chunk. Returns the answer when there is one already: FileAck when the file is here, FileResume, or
+  // ScanState when the scan takes no files.
   Result<std::optional<wire::Message>> accept(const wire::FileChunk& chunk);
+
+  struct Finished {
+    std::string scan;
+    Result<wire::Message> answer;  // FileAck, or FileResume when the file was damaged
+  };
+  // What has become of files that had come whole, since the last call.
+  std::vector<Finished> finished();
+  // Until there is an outcome of every file of that scan.
+  void wait_for(const std::string& scan_id);
+
+  // The rest is to be called when there is nothing to wait for of that scan.
 
   // Forgets a candidate while the scan is still receiving.
   Result<void> discard(const wire::Discard& discard);
@@ -40,13 +57,14 @@ class Receiver {
 
  private:
   std::filesystem::path part_of(const std::string& scan_id, const std::string& name, const std::string& sha256) const;
-  Result<std::optional<wire::Message>> finish(const wire::FileChunk& chunk, const std::filesystem::path& part);
   Result<void> remove_unlisted(const wire::ScanClose& manifest);
 
   Store& store_;
   std::uint64_t max_file_bytes_;
   LinkCounts& counts_;
-  std::set<std::filesystem::path> resuming_;  // parts whose sender was asked to resume and has not yet
+  std::set<std::filesystem::path> finishing_;  // parts that are the finisher's
+  std::set<std::filesystem::path> resuming_;   // parts whose sender was asked to resume and has not yet
+  Finisher finisher_;
 };
 
 }  // namespace gyre

@@ -200,6 +200,19 @@ Result<void> Store::add_file(const std::string& scan_id, const StoredFile& file)
   return add_entry("INSERT OR REPLACE INTO files (scan, name, size, sha256) VALUES (?, ?, ?, ?)", scan_id, file);
 }
 
+Result<void> Store::add_files(const std::vector<std::pair<std::string, StoredFile>>& scans_and_files) {
+  if (scans_and_files.empty()) return {};
+  const std::lock_guard guard(mutex_);
+  Database::Transaction transaction(*database_);
+  if (Result<void> done = transaction.begin(); !done) return done;
+  for (const auto& [scan_id, file] : scans_and_files) {
+    Result<void> added =
+        add_entry("INSERT OR REPLACE INTO files (scan, name, size, sha256) VALUES (?, ?, ?, ?)", scan_id, file);
+    if (!added) return added;
+  }
+  return transaction.commit();
+}
+
 Result<void> Store::remove_file(const std::string& scan_id, const std::string& name) {
   const std::lock_guard guard(mutex_);
   return run(*database_, "DELETE FROM files WHERE scan = ? AND name = ?", std::string_view(scan_id),

@@ -96,6 +96,8 @@ class Store {
 
   // A file that lies synced in the bundle. Replaces an entry of the same name.
   Result<void> add_file(const std::string& scan_id, const StoredFile& file);
+  // Several at once, all or none.
+  Result<void> add_files(const std::vector<std::pair<std::string, StoredFile>>& scans_and_files);
   Result<void> remove_file(const std::string& scan_id, const std::string& name);
   Result<std::optional<StoredFile>> file(const std::string& scan_id, const std::string& name) const;
   Result<std::vector<StoredFile>> files(const std::string& scan_id) const;  // by name

@@ -7,6 +7,7 @@
 //
 // What a scan is made of follows from its number alone (fault_scans.h), so that nobody has to remember it.
 #include "common/bundle/atomic_file.h"
+#include "common/log/log.h"
 #include "device/uplink/uplink.h"
 #include "offload/ingest/ingest_server.h"
 #include "offload/pipeline/local_executor.h"
@@ -158,6 +159,7 @@ int device(const fs::path& folder, const std::string& endpoint) {
 }  // namespace gyre
 
 int main(int argc, char** argv) {
+  gyre::start_logging("fault_peer", "info");
   const std::vector<std::string> words(argv + 1, argv + argc);
   if (words.size() == 3 && words[0] == "host") return gyre::host(words[1], words[2]);
   if (words.size() == 3 && words[0] == "device") return gyre::device(words[1], words[2]);

@@ -33,6 +33,7 @@ class DeskTest : public testing::Test {
   }
   void say(const std::string& peer, const wire::Message& message) {
     desk_->receive(peer, "key of " + peer.substr(0, 1), wire::encode(message));
+    if (const auto* chunk = std::get_if<wire::FileChunk>(&message)) desk_->settle(chunk->scan);
   }
   void greet(const std::string& peer) { say(peer, wire::Hello{wire::protocol_major, 0, peer}); }
   void open(const std::string& peer, const Scan& scan) { say(peer, wire::ScanOpen{scan.id, to_json(scan).dump()}); }

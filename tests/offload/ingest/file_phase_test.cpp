@@ -69,6 +69,8 @@ class FilePhase : public testing::Test {
     wire::FileChunk chunk{scan_.id, {name_, content_.size(), sha256(content_)}, offset, std::move(data)};
     const Result<std::optional<wire::Message>> answer = receiver_->accept(chunk);
     EXPECT_TRUE(answer) << answer.error().message();
+    receiver_->wait_for(scan_.id);
+    if (const auto done = receiver_->finished(); !done.empty()) return done.front().answer.value();
     return answer.value_or(std::nullopt);
   }
   fs::path file() const { return store_->bundle(scan_.id).root() / name_; }
