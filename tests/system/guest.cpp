@@ -42,9 +42,9 @@ int Guest::run(const std::string& script, Time time) {
   if (!write_file(out() / "script", script)) return -1;
   const fs::path boot = sources / "uml/boot.sh";
   const char* const options = time == Time::virtual_time ? "time-travel=inf-cpu" : "";
-  return run_program("/usr/bin/env", {std::string("KERNEL_OPTIONS=") + options, fs::canonical(boot).string(),
-                                      fs::canonical(kernel()).string(), (out() / "script").string(), out().string(),
-                                      std::string("BIN=") + GYRE_BIN})
+  return run_program("/usr/bin/env", {"PATIENCE=240", std::string("KERNEL_OPTIONS=") + options,
+                                      fs::canonical(boot).string(), fs::canonical(kernel()).string(),
+                                      (out() / "script").string(), out().string(), std::string("BIN=") + GYRE_BIN})
       .code;
 }
 

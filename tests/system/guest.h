@@ -19,7 +19,7 @@ class Guest {
   const std::filesystem::path& out() const { return folder_.path(); }
 
   // Boots, runs the script (which ends at the first command that fails) and returns its exit code, 124 when it took
-  // longer than two minutes and 125 when the guest did not come up. $BIN holds the programs of this build.
+  // longer than four minutes and 125 when the guest did not come up. $BIN holds the programs of this build.
   // With virtual time waiting costs nothing and computing takes none, so that times are exact however busy this machine
   // is; nothing in the script may wait without sleeping then.
   enum class Time { real, virtual_time };

@@ -12,11 +12,11 @@ here=$(cd "$(dirname "$0")" && pwd)
 kernel=$(realpath "$1") script=$(realpath "$2") out=$(realpath "$3")
 shift 3
 
-# See legacy_registers.py. Threads of one program then share the registers of AVX, so nothing there uses them.
+# See legacy_registers.py. What the registers of AVX hold is lost at every page fault then, so nothing there uses them.
 launch=() legacy=
 if grep -qm1 amx_tile /proc/cpuinfo; then
   launch=(python3 "$here/legacy_registers.py")
-  legacy='GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX,-AVX2,-AVX512F,-AVX512VL,-AVX512BW OPENCV_CPU_DISABLE=AVX,AVX2,FMA3,FP16,AVX_512F,AVX512_COMMON,AVX512_SKX'
+  legacy='GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX,-AVX2,-AVX512F,-AVX512VL,-AVX512BW,-AVX_Fast_Unaligned_Load,-ERMS,-FSRM OPENCV_CPU_DISABLE=AVX,AVX2,FMA3,FP16,AVX512F'
 fi
 
 {
