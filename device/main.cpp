@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // gyre-device: records scans on the rig, keeps them safe and sends them to the workstation.
 #include "common/config/config.h"
-#include "common/log/log.h"
+#include "common/log/log_format.h"
 #include "device/panel/panel.h"
 #include "device/verbs.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <map>
+#include <string>
 
 int main(int argc, char** argv) {
   CLI::App app{"Gyre on the rig: camera in, scans out, avatars back", "gyre-device"};
@@ -16,6 +18,11 @@ int main(int argc, char** argv) {
   app.add_option("--log-level", level, "least level of messages")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error"}))
       ->capture_default_str();
+  gyre::LogFormat format = gyre::LogFormat::text;
+  app.add_option("--log-format", format, "text for people, or json: one object a line, with the scan as a field")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, gyre::LogFormat>{{"text", gyre::LogFormat::text}, {"json", gyre::LogFormat::json}}))
+      ->default_str("text");
   gyre::add_config_option(app, "");
   gyre::Verb run;
   const auto panel = std::make_shared<gyre::PanelOptions>();
@@ -32,6 +39,6 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "gyre-device: %s; see `gyre-device --help`\n", e.what());
     return 2;
   }
-  gyre::start_logging("gyre-device", level);
+  gyre::start_logging("gyre-device", level, format);
   return run();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SIGTERM and SIGINT as a call.
+// SIGTERM and SIGINT as a call; SIGUSR1 and SIGUSR2 make the messages more and fewer.
 #pragma once
 
 #include <atomic>
@@ -8,8 +8,8 @@
 
 namespace gyre {
 
-// Made before any other thread. The first of the signals calls `stop`, from a thread of its own; a second one ends the
-// program at once.
+// Made before any other thread. The first SIGTERM or SIGINT calls `stop`, from a thread of its own; a second one ends
+// the program at once.
 class StopSignals {
  public:
   explicit StopSignals(std::function<void()> stop);

@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "common/http/operations.h"
 #include "common/log/log.h"
+#include "common/metrics/metrics.h"
+#include "common/service/service_manager.h"
 #include "device/camera/camera_device.h"
 #include "device/camera/camera_name.h"
+#include "device/host_notices.h"
 #include "device/link_flags.h"
+#include "device/page/device_page.h"
+#include "device/page_flags.h"
 #include "device/panel/panel.h"
 #include "device/session/live_session.h"
 #include "device/spool/spool.h"
 #include "device/stop_signals.h"
+#include "device/uplink/link_metrics.h"
 #include "device/uplink/uplink.h"
 #include "device/verbs.h"
 
@@ -28,6 +35,7 @@ struct RunFlags {
   std::string mode = "orbit";
   std::string spool = (data_folder() / "spool").string();
   LinkFlags link;
+  PageFlags page;
   double height_mm = 0.0;
   std::string shut_down = "systemctl poweroff";
 };
@@ -71,6 +79,75 @@ int switch_off(const std::string& command) {
                           .value());
 }
 
+std::unique_ptr<Panel> open_panel(const PanelOptions& options, LiveSession& session) {
+  if (options.is_empty()) return nullptr;
+  std::vector<Error> troubles;
+  const auto press = [&](OperatorCommand::Kind kind) { session.post({kind, std::nullopt}); };
+  auto panel = std::make_unique<Panel>(options, press, troubles);
+  for (const Error& trouble : troubles) spdlog::error("{}; going on without it", trouble.message());
+  session.on_status([&panel = *panel](const LiveStatus& status) { panel.show(status); });
+  return panel;
+}
+
+std::vector<HealthCheck> health_of(const LiveSession& session) {
+  const auto camera = [&session]() -> std::optional<std::string> {
+    const LiveStatus status = session.status();
+    if (status.state == SessionState::fault) return status.fault;
+    if (status.conditions[static_cast<std::size_t>(Condition::camera_lost)]) return "the camera does not answer";
+    return std::nullopt;
+  };
+  const auto disk = [&session]() -> std::optional<std::string> {
+    if (session.status().conditions[static_cast<std::size_t>(Condition::disk_low)]) return "the disk is nearly full";
+    return std::nullopt;
+  };
+  return {{"camera", camera}, {"disk", disk}};
+}
+
+// Null when there is to be none. Errors (wrong use): a wrong address; else it cannot be had there.
+Result<std::unique_ptr<DevicePage>> open_page(const RunFlags& given, const Spool& spool, LiveSession& session,
+                                              const Metrics& metrics) {
+  if (given.page.is_off()) return std::unique_ptr<DevicePage>();
+  const Result<HttpOptions> http = page_options(given.page, given.spool);
+  if (!http) return tl::unexpected(http.error());
+  auto page = std::make_unique<DevicePage>(*http, spool, [&](const OperatorCommand& command) -> Result<void> {
+    session.post(command);
+    return {};
+  });
+  add_operations_routes(page->server(), metrics, health_of(session));
+  if (const Result<void> started = page->start(); !started) return tl::unexpected(started.error());
+  session.on_status([&session, &page = *page](const LiveStatus& status) {
+    page.show(status);
+    if (const std::optional<Preview> preview = session.preview()) page.preview(preview->image);
+  });
+  spdlog::info("the rig's page is on {}", page->url());
+  return page;
+}
+
+// The service manager hears that the session goes on, and what the operator is told.
+class Heartbeat {
+ public:
+  explicit Heartbeat(const ServiceManager& manager) : manager_(manager) {}
+
+  void show(const LiveStatus& status) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!last_) log(manager_.ready());
+    constexpr std::chrono::seconds usual{5};
+    const std::chrono::microseconds due = manager_.watchdog() ? *manager_.watchdog() / 4 : usual;
+    if (last_ && now - *last_ < due) return;
+    last_ = now;
+    log(manager_.alive());
+    log(manager_.status(std::string(name_of(status.state)) + ": " + std::string(status.signal.sentence)));
+  }
+
+ private:
+  static void log(const Result<void>& told) {
+    if (!told) spdlog::warn("{}", told.error().message());
+  }
+
+  const ServiceManager& manager_;
+  std::optional<std::chrono::steady_clock::time_point> last_;
+};
+
 int run(const RunFlags& given, const PanelOptions& panel_options) {
   Result<LiveSession::Cameras> cameras = cameras_of(given);
   if (!cameras) return report_error(cameras.error());
@@ -81,7 +158,9 @@ int run(const RunFlags& given, const PanelOptions& panel_options) {
   if (given.height_mm > 0.0) options.height_mm = given.height_mm;
   if (const Result<void> valid = options.check(); !valid) return report_error(valid.error());
 
-  // Before anything has threads, so that none of them gets the signals.
+  // Before anything has threads, so that none of them gets the signals and no child the manager's address.
+  const Result<ServiceManager> manager = ServiceManager::from_environment();
+  if (!manager) return report_error(manager.error());
   LiveSession* to_stop = nullptr;
   std::mutex stopping;
   bool is_stopped = false;
@@ -101,15 +180,20 @@ int run(const RunFlags& given, const PanelOptions& panel_options) {
   }
   LiveSession session(std::move(*cameras), **spool, given.spool, uplink.get(), options);
 
-  std::unique_ptr<Panel> panel;
-  if (!panel_options.is_empty()) {
-    std::vector<Error> troubles;
-    const auto press = [&](OperatorCommand::Kind kind) { session.post({kind, std::nullopt}); };
-    panel = std::make_unique<Panel>(panel_options, press, troubles);
-    for (const Error& trouble : troubles) spdlog::error("{}; going on without it", trouble.message());
-    session.on_status([&](const LiveStatus& status) { panel->show(status); });
+  Metrics metrics;
+  add_process_metrics(metrics);
+  add_link_metrics(metrics, **spool, uplink.get());
+  std::unique_ptr<Panel> panel = open_panel(panel_options, session);
+  Result<std::unique_ptr<DevicePage>> page = open_page(given, **spool, session, metrics);
+  if (!page && (panel == nullptr || page.error().kind == Error::Kind::usage)) return report_error(page.error());
+  if (!page) spdlog::error("{}; going on with the panel alone", page.error().message());
+  std::optional<HostNotices> notices;
+  if (uplink) {
+    notices.emplace(*uplink);
+    session.on_status([&notices](const LiveStatus& status) { notices->show(status); });
   }
-  // The page joins here: it listens with on_status(), shows preview() and post()s commands, as the panel does.
+  Heartbeat heartbeat(*manager);
+  session.on_status([&heartbeat](const LiveStatus& status) { heartbeat.show(status); });
 
   {
     const std::lock_guard lock(stopping);
@@ -121,6 +205,8 @@ int run(const RunFlags& given, const PanelOptions& panel_options) {
     const std::lock_guard lock(stopping);
     to_stop = nullptr;
   }
+  if (const Result<void> told = manager->stopping(); !told) spdlog::warn("{}", told.error().message());
+  if (page && *page) (*page)->stop();
   panel.reset();
   if (!end) return report_error(end.error());
   return *end == SessionEnd::shut_down ? switch_off(given.shut_down) : 0;
@@ -137,6 +223,7 @@ void add_run_verb(CLI::App& app, Verb& chosen, const std::shared_ptr<PanelOption
       ->check(CLI::IsMember({"orbit", "turn"}))
       ->capture_default_str();
   add_link_flags(*verb, flags->link);
+  add_page_flags(*verb, flags->page);
   verb->add_option("--spool", flags->spool, "folder where scans are kept")->capture_default_str();
   verb->add_option("--height-mm", flags->height_mm, "stature of subjects, millimetres; 0: not known")
       ->check(CLI::Range(0.0, 3000.0))

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // gyre-offload: receives scans and reconstructs avatars on the workstation.
 #include "common/config/config.h"
-#include "common/log/log.h"
+#include "common/log/log_format.h"
 #include "offload/verbs.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <map>
+#include <string>
 
 int main(int argc, char** argv) {
   CLI::App app{"Gyre on the workstation: scans in, avatars out", "gyre-offload"};
@@ -15,6 +17,11 @@ int main(int argc, char** argv) {
   app.add_option("--log-level", level, "least level of messages")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error"}))
       ->capture_default_str();
+  gyre::LogFormat format = gyre::LogFormat::text;
+  app.add_option("--log-format", format, "text for people, or json: one object a line, with the scan as a field")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, gyre::LogFormat>{{"text", gyre::LogFormat::text}, {"json", gyre::LogFormat::json}}))
+      ->default_str("text");
   gyre::add_config_option(app, "");
   gyre::Verb run;
   gyre::add_serve_verb(app, run);
@@ -31,6 +38,6 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "gyre-offload: %s; see `gyre-offload --help`\n", e.what());
     return 2;
   }
-  gyre::start_logging("gyre-offload", level);
+  gyre::start_logging("gyre-offload", level, format);
   return run();
 }

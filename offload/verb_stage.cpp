@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/bundle/bundle.h"
+#include "common/log/log_format.h"
 #include "offload/orbit.h"
 #include "offload/pipeline/planned_stage.h"
 #include "offload/pipeline/stage_process.h"
@@ -39,6 +40,7 @@ int run_stage(const StageFlags& given) {
     return report_error(wrong_use("no such stage", given.name, "see `gyre-offload stage --help`").value());
   const Bundle bundle(given.bundle);
   if (!given.worker.empty()) {
+    if (const Result<Scan> scan = read_scan(bundle)) set_log_scan(scan->id);
     StageContext context{bundle,
                          given.worker,
                          nlohmann::json::parse(given.options_json, nullptr, false),

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "offload/store/receipts.h"
 #include "offload/store/store.h"
 #include "offload/verbs.h"
 
@@ -84,17 +85,7 @@ Result<bool> remove(Store& store, const std::vector<std::string>& ids) {
   for (const std::string& id : ids) {
     const Result<DeletionReceipt> receipt = store.delete_scan(id);
     if (!receipt) return tl::unexpected(receipt.error());
-    json files = json::array();
-    std::uint64_t bytes = 0;
-    for (const StoredFile& file : receipt->files) {
-      files.push_back({{"name", file.name}, {"size", file.size}, {"sha256", file.sha256}});
-      bytes += file.size;
-    }
-    print({{"deleted", receipt->scan},
-           {"at", receipt->at},
-           {"device", receipt->device_name},
-           {"bytes", bytes},
-           {"files", files}});
+    print(to_json(*receipt));
   }
   return true;
 }

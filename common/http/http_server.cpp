@@ -3,10 +3,16 @@
 
 #include "common/http/own_address.h"
 
+#include <arpa/inet.h>
 #include <fcntl.h>
 #include <httplib.h>
+#include <sys/socket.h>
 #include <unistd.h>
 #include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <future>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -17,7 +23,8 @@ namespace {
 // A connection that is kept open holds a thread, and so does every stream.
 constexpr std::size_t server_threads = 32;
 constexpr int most_streams = 16;
-constexpr std::time_t keep_alive_s = 2;  // stop() waits for idle connections that long
+constexpr std::time_t keep_alive_s = 1;                   // stop() waits for idle connections that long
+constexpr std::chrono::milliseconds stop_patience{1500};  // and for the others that long
 constexpr std::size_t block_bytes = 1 << 16;
 
 const std::map<std::string, std::string>& headers_of_every_answer() {
@@ -127,6 +134,26 @@ void set_socket_options(socket_t socket) {
   // Not the library's SO_REUSEPORT, by which two programs would share a port without a word.
   const int yes = 1;
   ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+}
+
+// Ends every connection to that port of this process. The library does not tell which they are.
+void hang_up(int port) {
+  std::error_code error;
+  for (auto it = std::filesystem::directory_iterator("/proc/self/fd", error);
+       !error && it != std::filesystem::directory_iterator(); it.increment(error)) {
+    const int fd = std::atoi(it->path().filename().c_str());
+    sockaddr_storage own{};
+    sockaddr_storage peer{};
+    socklen_t own_length = sizeof own;
+    socklen_t peer_length = sizeof peer;
+    if (::getsockname(fd, reinterpret_cast<sockaddr*>(&own), &own_length) != 0 ||
+        ::getpeername(fd, reinterpret_cast<sockaddr*>(&peer), &peer_length) != 0) {
+      continue;
+    }
+    // The port lies at the same place in both kinds of address.
+    const bool internet = own.ss_family == AF_INET || own.ss_family == AF_INET6;
+    if (internet && ntohs(reinterpret_cast<const sockaddr_in&>(own).sin_port) == port) ::shutdown(fd, SHUT_RDWR);
+  }
 }
 
 }  // namespace
@@ -289,7 +316,11 @@ class HttpServer::Impl {
     if (port_ <= 0) {
       return fail("cannot listen for browsers", where, "another program may have the port: give another one");
     }
-    thread_ = std::thread([this] { server_.listen_after_bind(); });
+    ended_ = std::promise<void>();
+    thread_ = std::thread([this] {
+      server_.listen_after_bind();
+      ended_.set_value();
+    });
     while (!server_.is_running()) std::this_thread::yield();
     return {};
   }
@@ -297,7 +328,10 @@ class HttpServer::Impl {
   void stop() {
     stopping_ = true;
     server_.stop();
-    if (thread_.joinable()) thread_.join();
+    if (!thread_.joinable()) return;
+    // A peer that says nothing, or too little, would keep its thread waiting for as long as it likes.
+    if (ended_.get_future().wait_for(stop_patience) != std::future_status::ready) hang_up(port_);
+    thread_.join();
   }
 
   std::string url() const {
@@ -312,6 +346,7 @@ class HttpServer::Impl {
   HttpOptions options_;
   httplib::Server server_;
   std::thread thread_;
+  std::promise<void> ended_;  // the thread is about to end
   std::atomic<int> streams_{0};
   std::atomic<bool> stopping_{false};
   int port_ = -1;

@@ -4,6 +4,7 @@
 #include "common/wire/wire.h"
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
 #include <utility>
 #include <zmq.hpp>
@@ -20,9 +21,16 @@ constexpr int send_mark = 4096;
 constexpr int device_receive_mark = 1024;
 constexpr int host_receive_mark = 64;
 
+// A message somewhat larger than allowed is still read, so that its sender can be told; a larger one ends the
+// connection.
+constexpr std::int64_t most_bytes = 2 * static_cast<std::int64_t>(wire::max_message_bytes);
+
 // Heartbeats find a peer that vanished without closing TCP (Wi-Fi, power) within ivl + timeout.
 constexpr int heartbeat_interval_ms = 2000;
 constexpr int heartbeat_timeout_ms = 10000;
+
+// Connections that may wait to be accepted: enough that many strangers at once do not keep a device out for long.
+constexpr int waiting_connections = 1024;
 
 // A TCP connection that has not finished the CURVE handshake by then is closed; a real device needs milliseconds.
 constexpr int handshake_timeout_ms = 5000;
@@ -30,7 +38,7 @@ constexpr int handshake_timeout_ms = 5000;
 void configure(zmq::socket_t& socket, const KeyPair& keys, int receive_mark) {
   socket.set(zmq::sockopt::sndhwm, send_mark);
   socket.set(zmq::sockopt::rcvhwm, receive_mark);
-  socket.set(zmq::sockopt::maxmsgsize, static_cast<int64_t>(wire::max_message_bytes));
+  socket.set(zmq::sockopt::maxmsgsize, most_bytes);
   socket.set(zmq::sockopt::heartbeat_ivl, heartbeat_interval_ms);
   socket.set(zmq::sockopt::heartbeat_timeout, heartbeat_timeout_ms);
   socket.set(zmq::sockopt::heartbeat_ttl, heartbeat_timeout_ms);
@@ -52,6 +60,7 @@ void configure_host_socket(zmq::socket_t& socket, const KeyPair& keys) {
   configure(socket, keys, host_receive_mark);
   socket.set(zmq::sockopt::curve_server, true);
   socket.set(zmq::sockopt::zap_domain, "gyre");
+  socket.set(zmq::sockopt::backlog, waiting_connections);
   socket.set(zmq::sockopt::router_mandatory, true);  // sending to a device that left is an error, not silence
 }
 

@@ -60,6 +60,13 @@ FileEntry entry_of(const pb::FileEntry& from) {
   return {from.name(), from.size(), from.sha256()};
 }
 
+template <class Texts>
+Capabilities capabilities_of(const Texts& texts) {
+  Capabilities capabilities;
+  for (const std::string& text : texts) capabilities.push_back(clean(text, max_name_bytes));
+  return capabilities;
+}
+
 // One overload per message: our struct into the envelope.
 struct Encoder {
   pb::Envelope& out;
@@ -70,11 +77,15 @@ struct Encoder {
     to.set_major(m.major);
     to.set_minor(m.minor);
     to.set_device_name(clean(m.device_name, max_name_bytes));
+    for (const std::string& one : m.capabilities) to.add_capabilities(clean(one, max_name_bytes));
+    to.set_deadline_ms(m.deadline_ms);
   }
   void operator()(const Welcome& m) const {
     auto& to = *out.mutable_welcome();
     to.set_major(m.major);
     to.set_minor(m.minor);
+    for (const std::string& one : m.capabilities) to.add_capabilities(clean(one, max_name_bytes));
+    to.set_deadline_ms(m.deadline_ms);
   }
   void operator()(const Refused& m) const {
     auto& to = *out.mutable_refused();
@@ -173,6 +184,26 @@ struct Encoder {
   }
   void operator()(const PairProof& m) const { out.mutable_pair_proof()->set_tag(m.tag); }
   void operator()(const PairDone& m) const { out.mutable_pair_done()->set_tag(m.tag); }
+  void operator()(const DeviceStatus& m) const {
+    auto& to = *out.mutable_device_status();
+    to.set_state(clean(m.state, max_name_bytes));
+    to.set_text(clean(m.text));
+    to.set_scan(m.scan);
+    to.set_free_bytes(m.free_bytes);
+    to.set_waiting_scans(m.waiting_scans);
+    to.set_waiting_files(m.waiting_files);
+  }
+  void operator()(const CoveragePreview& m) const {
+    auto& to = *out.mutable_coverage_preview();
+    to.set_scan(m.scan);
+    to.set_pass(clean(m.pass, max_name_bytes));
+    for (const CoverageBand& band : m.bands) {
+      auto& one = *to.add_bands();
+      one.set_name(clean(band.name, max_name_bytes));
+      one.set_share(band.share);
+      one.set_cells(band.cells);
+    }
+  }
 };
 
 // The envelope's message as our struct; its text is made fit to show, its other fields are not checked yet.
@@ -180,10 +211,13 @@ Message message_of(pb::Envelope& envelope) {
   switch (envelope.body_case()) {
     case pb::Envelope::kHello: {
       const auto& m = envelope.hello();
-      return Hello{m.major(), m.minor(), clean(m.device_name(), max_name_bytes)};
+      return Hello{m.major(), m.minor(), clean(m.device_name(), max_name_bytes), capabilities_of(m.capabilities()),
+                   m.deadline_ms()};
     }
-    case pb::Envelope::kWelcome:
-      return Welcome{envelope.welcome().major(), envelope.welcome().minor()};
+    case pb::Envelope::kWelcome: {
+      const auto& m = envelope.welcome();
+      return Welcome{m.major(), m.minor(), capabilities_of(m.capabilities()), m.deadline_ms()};
+    }
     case pb::Envelope::kRefused:
       return Refused{clean(envelope.refused().reason()), envelope.refused().permanent()};
     case pb::Envelope::kPing:
@@ -248,6 +282,23 @@ Message message_of(pb::Envelope& envelope) {
       return PairProof{envelope.pair_proof().tag()};
     case pb::Envelope::kPairDone:
       return PairDone{envelope.pair_done().tag()};
+    case pb::Envelope::kDeviceStatus: {
+      const auto& m = envelope.device_status();
+      return DeviceStatus{clean(m.state(), max_name_bytes),
+                          clean(m.text()),
+                          m.scan(),
+                          m.free_bytes(),
+                          m.waiting_scans(),
+                          m.waiting_files()};
+    }
+    case pb::Envelope::kCoveragePreview: {
+      const auto& m = envelope.coverage_preview();
+      CoveragePreview preview{m.scan(), clean(m.pass(), max_name_bytes), {}};
+      for (const auto& band : m.bands()) {
+        preview.bands.push_back({clean(band.name(), max_name_bytes), band.share(), band.cells()});
+      }
+      return preview;
+    }
     case pb::Envelope::BODY_NOT_SET:
       break;
   }
@@ -275,6 +326,8 @@ struct Checker {
   }
   static Fault scan(const std::string& id) { return is_ulid(id) ? nullptr : "scan id"; }
 
+  Fault operator()(const Hello& m) const { return abilities(m.capabilities); }
+  Fault operator()(const Welcome& m) const { return abilities(m.capabilities); }
   Fault operator()(const ScanOpen& m) const {
     return m.description.size() > max_description_bytes ? "description" : scan(m.scan);
   }
@@ -313,6 +366,15 @@ struct Checker {
   Fault operator()(const PairAnswer& m) const { return pairing(m.public_key, m.share); }
   Fault operator()(const PairProof& m) const { return tag_size(m.tag); }
   Fault operator()(const PairDone& m) const { return tag_size(m.tag); }
+  Fault operator()(const DeviceStatus& m) const { return m.scan.empty() ? nullptr : scan(m.scan); }
+  Fault operator()(const CoveragePreview& m) const {
+    if (m.bands.size() > max_bands) return "number of bands";
+    for (const CoverageBand& band : m.bands) {
+      if (band.cells.size() > max_cells) return "number of cells";
+      if (!(band.share >= 0.0 && band.share <= 1.0)) return "share";
+    }
+    return scan(m.scan);
+  }
   template <class Other>
   Fault operator()(const Other& /*has nothing to check*/) const {
     return nullptr;
@@ -323,11 +385,18 @@ struct Checker {
     if (!is_public_key(public_key)) return "public key";
     return share.size() == cpace_share_bytes ? nullptr : "share";
   }
+  static Fault abilities(const Capabilities& capabilities) {
+    return capabilities.size() > max_capabilities ? "number of capabilities" : nullptr;
+  }
   static Fault tag_size(const std::string& tag) { return tag.size() == cpace_tag_bytes ? nullptr : "proof"; }
   static Fault fault_of(const std::string& id, Fault fault) { return fault ? fault : scan(id); }
 };
 
 }  // namespace
+
+bool has(const Capabilities& capabilities, std::string_view one) {
+  return std::find(capabilities.begin(), capabilities.end(), one) != capabilities.end();
+}
 
 std::string encode(Message message) {
   pb::Envelope envelope;

@@ -12,6 +12,7 @@
 //                                      ◀    StageProgress ..., ResultOffer (or ScanState: failed)
 //   ResultRequest, one for every chunk ▶    ResultChunk
 //   ResultAck                          ▶
+//   DeviceStatus, CoveragePreview      ▶         when the host can take them
 //   Ping                               ▶    Pong
 //
 // A pairing is a conversation of its own, on a socket that takes nothing else (common/wire/pairing.h):
@@ -32,7 +33,7 @@
 namespace gyre::wire {
 
 constexpr std::uint32_t protocol_major = 1;  // must be equal at both ends
-constexpr std::uint32_t protocol_minor = 0;
+constexpr std::uint32_t protocol_minor = 1;
 
 // Limits both ends enforce when decoding.
 constexpr std::size_t max_message_bytes = 1 << 20;
@@ -42,16 +43,27 @@ constexpr std::size_t max_name_bytes = 128;   // file, stage and device names
 constexpr std::size_t max_text_bytes = 4096;  // reasons and progress texts; longer ones are cut when encoding
 constexpr std::size_t max_description_bytes = 256 << 10;
 
+// What a peer can do beyond the first version of its protocol, by name. What the other does not know, it ignores.
+using Capabilities = std::vector<std::string>;
+constexpr std::string_view takes_status = "status";      // a host: DeviceStatus
+constexpr std::string_view takes_coverage = "coverage";  // a host: CoveragePreview
+
+bool has(const Capabilities& capabilities, std::string_view one);
+
 // First word of the device: its protocol and its name. The name is for people; the CURVE key is what identifies it.
 struct Hello {
   std::uint32_t major = protocol_major;
   std::uint32_t minor = protocol_minor;
   std::string device_name;
+  Capabilities capabilities = {};
+  std::uint32_t deadline_ms = 0;  // when it has said nothing for that long, it is gone; 0: as the host sees fit
 };
 
 struct Welcome {
   std::uint32_t major = protocol_major;
   std::uint32_t minor = protocol_minor;
+  Capabilities capabilities = {};
+  std::uint32_t deadline_ms = 0;  // the device has to say something at least that often; 0: not known
 };
 
 // The conversation is over, for a reason an operator can read. permanent: trying again does not help until someone
@@ -183,12 +195,41 @@ struct PairDone {
 
 constexpr std::size_t pair_session_bytes = 16;
 
+// How a device is, for those who look at the host; only the latest counts.
+struct DeviceStatus {
+  std::string state;                // a word: "ready", "recording"
+  std::string text;                 // a sentence for the operator; may be empty
+  std::string scan;                 // being recorded; empty: none
+  std::uint64_t free_bytes = 0;     // on the disk of its spool
+  std::uint32_t waiting_scans = 0;  // that the host does not have whole
+  std::uint32_t waiting_files = 0;  // of those
+};
+
+// One ring of a pass, seen from above: a cell for every sector, ascending from where the pass began.
+struct CoverageBand {
+  std::string name;    // "body upper"
+  double share = 0.0;  // of what it needs, in [0, 1]
+  std::string cells;   // one byte each: 0 not seen yet, 255 as sharp as can be
+};
+
+// What a scan that is being recorded has seen so far; only the latest counts.
+struct CoveragePreview {
+  std::string scan;
+  std::string pass;
+  std::vector<CoverageBand> bands;
+};
+
+constexpr std::size_t max_capabilities = 32;
+constexpr std::size_t max_bands = 16;
+constexpr std::size_t max_cells = 360;  // of a band
+
 // A message of a newer minor version: to be ignored.
 struct Unknown {};
 
-using Message = std::variant<Unknown, Hello, Welcome, Refused, Ping, Pong, Credit, ScanOpen, ScanState, FileChunk,
-                             FileAck, FileResume, Discard, ScanClose, StageProgress, ResultOffer, ResultRequest,
-                             ResultChunk, ResultAck, PairRequest, PairAnswer, PairProof, PairDone>;
+using Message =
+    std::variant<Unknown, Hello, Welcome, Refused, Ping, Pong, Credit, ScanOpen, ScanState, FileChunk, FileAck,
+                 FileResume, Discard, ScanClose, StageProgress, ResultOffer, ResultRequest, ResultChunk, ResultAck,
+                 PairRequest, PairAnswer, PairProof, PairDone, DeviceStatus, CoveragePreview>;
 
 // The bytes of one ZeroMQ message.
 std::string encode(Message message);

@@ -35,6 +35,9 @@ class DevicePage {
   DevicePage(const DevicePage&) = delete;
   DevicePage& operator=(const DevicePage&) = delete;
 
+  // For routes that are not the page's own; before start().
+  HttpServer& server() { return server_; }
+
   Result<void> start();
   void stop();
   int port() const { return server_.port(); }

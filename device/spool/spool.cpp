@@ -209,6 +209,8 @@ Result<void> Spool::add_file(const std::string& scan_id, const std::string& name
     if (Result<void> written = write_file(bundle(scan_id).root() / name, bytes); !written) return written;
     const Result<void> recorded = (*entry)->record(file_event(name, bytes.size(), std::move(hash)));
     if (!recorded) return recorded;
+    ++counts_.frames;
+    counts_.bytes += bytes.size();
   }
   notify();
   return {};
@@ -222,6 +224,7 @@ Result<void> Spool::discard(const std::string& scan_id, const std::string& name)
     const SpooledFile* known = find_file((*entry)->scan.files, name);
     if (!known || known->phase == SpooledFilePhase::discarded) return {};
     if (Result<void> recorded = (*entry)->record(event_named(Kind::discarded, name)); !recorded) return recorded;
+    ++counts_.discarded;
     remove_quietly(bundle(scan_id).root() / name);
   }
   notify();
@@ -266,6 +269,22 @@ std::vector<std::string> Spool::scan_ids() const {
   return ids;
 }
 
+SpoolWaiting Spool::waiting() const {
+  SpoolWaiting waiting;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [id, entry] : scans_) {
+    const SpooledScan& scan = entry->scan;
+    if (scan.phase != SpoolPhase::recording && scan.phase != SpoolPhase::closed) continue;
+    ++waiting.scans;
+    for (const SpooledFile& file : scan.files) {
+      if (file.phase != SpooledFilePhase::spooled) continue;
+      ++waiting.files;
+      waiting.bytes += file.size;
+    }
+  }
+  return waiting;
+}
+
 Result<void> Spool::remove_scan(const std::string& scan_id) {
   const std::lock_guard lock(mutex_);
   const Result<Entry*> entry = find(scan_id);
@@ -296,6 +315,7 @@ Result<void> Spool::make_room(std::uint64_t bytes) {
       return entry.second->scan.phase == SpoolPhase::delivered;
     });
     if (oldest == scans_.end()) {
+      ++counts_.no_room;
       return fail("this device's disk is nearly full",
                   folder_.string() + " (" + std::to_string(*left >> 20) + " MiB left)",
                   "end the scan with what it has; then let the host fetch what waits here, or free some space");

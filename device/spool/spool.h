@@ -7,6 +7,7 @@
 #include "common/result/result.h"
 #include "device/spool/spooled_scan.h"
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -20,6 +21,20 @@
 #include <vector>
 
 namespace gyre {
+
+// What went in since the spool was opened.
+struct SpoolCounts {
+  using Count = std::atomic<std::uint64_t>;
+  Count frames{0}, bytes{0};
+  Count discarded{0};  // keyframes that the selection took back
+  Count no_room{0};    // times that the disk was too full
+};
+
+// What the host does not have yet.
+struct SpoolWaiting {
+  std::size_t scans = 0, files = 0;
+  std::uint64_t bytes = 0;
+};
 
 // All scans of the device, each a bundle in <folder>/<scan-id>/ with a journal spool.jsonl in it. Survives a kill at
 // any moment: a file or step whose call returned is there after a restart, one whose call did not return may be missing
@@ -62,6 +77,9 @@ class Spool {
   std::optional<SpooledScan> scan(const std::string& scan_id) const;
   std::vector<std::string> scan_ids() const;  // oldest first
   std::optional<SpoolPhase> phase(const std::string& scan_id) const;
+  const std::filesystem::path& folder() const { return folder_; }
+  const SpoolCounts& counts() const { return counts_; }
+  SpoolWaiting waiting() const;
 
   // How much may still be added, bytes: what is free above the reserve, and what older scans would make room for.
   // Error: the disk cannot be asked.
@@ -104,6 +122,7 @@ class Spool {
   std::filesystem::path folder_;
   FolderLock lock_;
   std::uint64_t reserve_bytes_;
+  SpoolCounts counts_;
   mutable std::mutex mutex_;
   std::map<std::string, std::unique_ptr<Entry>> scans_;
   mutable std::mutex listener_mutex_;

@@ -26,28 +26,27 @@ Ending refused(const std::string& text) {
 struct Conversation::Handler {
   Conversation& it;
 
-  Result<void> operator()(const wire::Welcome&) const {
-    it.greeted_ = true;
-    spdlog::info("connected to {}", it.options_.host);
-    it.events_.connected();
-    return {};
-  }
+  Result<void> operator()(const wire::Welcome& m) const { return it.on_welcome(m); }
   Result<void> operator()(const wire::Credit& m) const {
     it.upload_.on(m, Clock::now());
     return {};
   }
   Result<void> operator()(const wire::ScanState& m) const {
-    const Result<void> done = it.upload_.on(m);
-    if (m.phase == wire::ScanPhase::refused) it.events_.scan_refused(m.scan, m.text);
+    const Result<void> done = it.upload_.on(m, Clock::now());
+    it.events_.scan_refused(m.scan, m.phase == wire::ScanPhase::refused ? m.text : "");
     it.events_.changed();
     return done;
   }
   Result<void> operator()(const wire::FileAck& m) const {
+    ++it.counts_.acknowledged_files;
     const Result<void> done = it.upload_.on(m);
     it.events_.changed();
     return done;
   }
-  Result<void> operator()(const wire::FileResume& m) const { return it.upload_.on(m); }
+  Result<void> operator()(const wire::FileResume& m) const {
+    ++it.counts_.resumed_files;
+    return it.upload_.on(m);
+  }
   Result<void> operator()(const wire::StageProgress& m) const {
     it.events_.progress(m);
     return {};
@@ -60,13 +59,16 @@ struct Conversation::Handler {
   }
 };
 
-Conversation::Conversation(zmq::context_t& context, const UplinkOptions& options, Spool& spool,
-                           ConversationEvents events)
+Conversation::Conversation(zmq::context_t& context, const UplinkOptions& options, Spool& spool, Notices& notices,
+                           UplinkCounts& counts, ConversationEvents events)
     : options_(options),
       spool_(spool),
+      notices_(notices),
+      counts_(counts),
       events_(std::move(events)),
       socket_(std::make_unique<zmq::socket_t>(context, zmq::socket_type::dealer)),
-      upload_(spool, options.limit_bytes_per_s) {
+      upload_(spool, options.limit_bytes_per_s, options.refused_retry),
+      ping_interval_(options.ping_interval) {
   configure_device_socket(*socket_, options.keys, options.host_public_key);
   monitor_ = std::make_unique<ConnectionMonitor>(context, *socket_);
 }
@@ -75,7 +77,9 @@ Ending Conversation::hold(Wakeup& wakeup, const std::atomic<bool>& stop) {
   started_ = last_heard_ = last_ping_ = Clock::now();
   try {
     socket_->connect(options_.host);
-    if (Result<void> sent = send(wire::Hello{wire::protocol_major, wire::protocol_minor, options_.device_name});
+    const auto deadline = static_cast<std::uint32_t>(options_.silence_timeout.count());
+    if (Result<void> sent =
+            send(wire::Hello{wire::protocol_major, wire::protocol_minor, options_.device_name, {}, deadline});
         !sent) {
       return unreachable(sent.error().message());
     }
@@ -90,7 +94,7 @@ Ending Conversation::converse(Wakeup& wakeup, const std::atomic<bool>& stop) {
     std::array<zmq::pollitem_t, 3> items = {{{socket_->handle(), 0, ZMQ_POLLIN, 0},
                                              {monitor_->events().handle(), 0, ZMQ_POLLIN, 0},
                                              {nullptr, wakeup.descriptor(), ZMQ_POLLIN, 0}}};
-    auto patience = more_to_write_ ? std::chrono::milliseconds(0) : std::min(longest_poll, options_.ping_interval);
+    auto patience = more_to_write_ ? std::chrono::milliseconds(0) : std::min(longest_poll, ping_interval_);
     if (const auto limited = upload_.wait(Clock::now()); limited.count() > 0) patience = std::min(patience, limited);
     zmq::poll(items.data(), items.size(), patience);
     if (items[2].revents != 0) {
@@ -146,13 +150,42 @@ std::optional<Ending> Conversation::read_messages() {
 std::optional<Ending> Conversation::write_messages() {
   more_to_write_ = false;
   for (int i = 0; greeted_ && i < messages_between_polls; ++i) {
-    Result<std::optional<wire::Message>> message = upload_.next(Clock::now());
+    Result<std::optional<wire::Message>> message = next_message();
     if (!message) return refused(message.error().message());
     if (!*message) return std::nullopt;
     if (Result<void> sent = send(std::move(**message)); !sent) return unreachable(sent.error().message());
   }
   more_to_write_ = greeted_;
   return std::nullopt;
+}
+
+// What is small goes before what is large.
+Result<std::optional<wire::Message>> Conversation::next_message() {
+  const Clock::time_point now = Clock::now();
+  if (std::optional<wire::Message> notice = notices_.next(now)) return notice;
+  Result<std::optional<wire::Message>> message = upload_.next(now);
+  if (message && *message) {
+    if (const auto* chunk = std::get_if<wire::FileChunk>(&**message)) counts_.bytes += chunk->data.size();
+  }
+  return message;
+}
+
+Result<void> Conversation::on_welcome(const wire::Welcome& welcome) {
+  if (welcome.major != wire::protocol_major) {
+    return fail("the host speaks protocol " + std::to_string(welcome.major) + ", this device " +
+                    std::to_string(wire::protocol_major),
+                options_.host, "bring both to the same version of Gyre");
+  }
+  greeted_ = true;
+  // Three questions in the time the host waits, so that one that is lost on a bad line does not end the conversation.
+  constexpr int questions = 3;
+  const std::chrono::milliseconds often(welcome.deadline_ms / questions);
+  if (often.count() > 0) ping_interval_ = std::min(ping_interval_, often);
+  notices_.restart(welcome.capabilities);
+  ++counts_.connections;
+  spdlog::info("connected to {}", options_.host);
+  events_.connected();
+  return {};
 }
 
 std::optional<Ending> Conversation::check_time() {
@@ -162,7 +195,7 @@ std::optional<Ending> Conversation::check_time() {
     return unreachable(secured_ ? "the host does not answer" : "no connection in time");
   }
   if (now - last_heard_ > options_.silence_timeout) return unreachable("the host has gone silent");
-  if (now - std::max(last_heard_, last_ping_) < options_.ping_interval) return std::nullopt;
+  if (now - std::max(last_heard_, last_ping_) < ping_interval_) return std::nullopt;
   last_ping_ = now;
   if (Result<void> sent = send(wire::Ping{}); !sent) return unreachable(sent.error().message());
   return std::nullopt;
@@ -180,6 +213,7 @@ Result<void> Conversation::on_offer(const wire::ResultOffer& offer) {
 }
 
 Result<void> Conversation::on_chunk(const wire::ResultChunk& chunk) {
+  counts_.result_bytes += chunk.data.size();
   const auto download = std::find_if(downloads_.begin(), downloads_.end(),
                                      [&](const Download& candidate) { return candidate.scan() == chunk.scan; });
   if (download == downloads_.end()) return {};

@@ -2,14 +2,9 @@
 // What a ZeroMQ connection goes through, in words; libzmq itself says nothing when a CURVE handshake fails.
 #pragma once
 
-#include <memory>
-#include <optional>
-#include <string>
+#include "common/wire/socket_monitor.h"
 
-namespace zmq {
-class context_t;
-class socket_t;
-}  // namespace zmq
+#include <optional>
 
 namespace gyre {
 
@@ -24,16 +19,12 @@ class ConnectionMonitor {
  public:
   // Watches `socket`, which must not be connected yet and must outlive this.
   ConnectionMonitor(zmq::context_t& context, zmq::socket_t& socket);
-  ~ConnectionMonitor();
-  ConnectionMonitor(const ConnectionMonitor&) = delete;
-  ConnectionMonitor& operator=(const ConnectionMonitor&) = delete;
 
-  zmq::socket_t& events() { return *events_; }  // readable when next() has something to say
+  zmq::socket_t& events() { return monitor_.events(); }  // readable when next() has something to say
   std::optional<ConnectionEvent> next();
 
  private:
-  zmq::socket_t& watched_;
-  std::unique_ptr<zmq::socket_t> events_;
+  SocketMonitor monitor_;
 };
 
 }  // namespace gyre

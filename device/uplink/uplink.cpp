@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/uplink/uplink.h"
 
+#include "common/bundle/disk_space.h"
 #include "common/wire/wakeup.h"
 #include "device/uplink/conversation.h"
+#include "device/uplink/notices.h"
 
 #include <spdlog/spdlog.h>
 #include <algorithm>
@@ -43,6 +45,7 @@ Result<void> UplinkOptions::check() const {
   if (!is_public_key(keys.public_key)) return wrong_use("this device has no key pair", "", "pair it with the host");
   if (!(limit_bytes_per_s >= 0.0)) return wrong_use("limit_bytes_per_s is negative");
   if (reconnect_min.count() <= 0 || reconnect_max < reconnect_min) return wrong_use("reconnect_min and reconnect_max");
+  if (refused_retry.count() <= 0) return wrong_use("refused_retry");
   if (ping_interval.count() <= 0 || silence_timeout <= ping_interval)
     return wrong_use("ping_interval, silence_timeout");
   return {};
@@ -50,7 +53,8 @@ Result<void> UplinkOptions::check() const {
 
 class Uplink::Worker {
  public:
-  Worker(UplinkOptions options, Spool& spool) : options_(std::move(options)), spool_(spool) {
+  Worker(UplinkOptions options, Spool& spool)
+      : options_(std::move(options)), spool_(spool), notices_([this](wire::DeviceStatus& status) { fill(status); }) {
     spool_.on_change([this] { wakeup_.notify(); });
     thread_ = std::thread(&Worker::run, this);
   }
@@ -65,12 +69,22 @@ class Uplink::Worker {
     const std::lock_guard lock(mutex_);
     return status_;
   }
+  const UplinkCounts& counts() const { return counts_; }
+  void tell(const std::string& state, const std::string& text, const std::string& scan_id) {
+    notices_.set(state, text, scan_id);
+    wakeup_.notify();
+  }
+  void tell(wire::CoveragePreview preview) {
+    notices_.publish(std::move(preview));
+    wakeup_.notify();
+  }
   ScanProgress progress(const std::string& scan_id) const;
   Result<void> wait_for_result(const std::string& scan_id, const ResultWait& wait,
                                const std::function<void(const ScanProgress&)>& progress);
 
  private:
   void run();
+  void fill(wire::DeviceStatus& status) const;
   void pause(std::chrono::milliseconds duration);
   void conclude(const Ending& ending);
   std::optional<Result<void>> verdict(const SpooledScan& scan) const;
@@ -80,6 +94,8 @@ class Uplink::Worker {
 
   const UplinkOptions options_;
   Spool& spool_;
+  UplinkCounts counts_;
+  Notices notices_;
   Wakeup wakeup_;
   std::atomic<bool> stop_{false};
   mutable std::mutex mutex_;  // guards what follows
@@ -108,18 +124,34 @@ void Uplink::Worker::run() {
           change([&] { status_ = {LinkStatus::Phase::connected, "connected to " + options_.host}; });
         },
         [&] { change([] {}); },
-        [&](const std::string& scan, const std::string& reason) { change([&] { refused_[scan] = reason; }); },
+        [&](const std::string& scan, const std::string& reason) {
+          change([&] {
+            if (reason.empty()) {
+              refused_.erase(scan);
+            } else {
+              refused_[scan] = reason;
+            }
+          });
+        },
         [&](const wire::StageProgress& m) {
           change([&] { progress_[m.scan] = {m.stage, std::clamp(m.fraction, 0.0, 1.0), m.text}; });
         },
     };
-    const Ending ending = Conversation(context, options_, spool_, events).hold(wakeup_, stop_);
+    const Ending ending = Conversation(context, options_, spool_, notices_, counts_, events).hold(wakeup_, stop_);
     if (stop_) return;
+    ++(ending.kind == Ending::Kind::refused ? counts_.refused : counts_.lost);
     if (ending.kind == Ending::Kind::refused) delay = options_.reconnect_max;
     change([&] { conclude(ending); });
     pause(delay);
     delay = std::min(2 * delay, options_.reconnect_max);
   }
+}
+
+void Uplink::Worker::fill(wire::DeviceStatus& status) const {
+  const SpoolWaiting waiting = spool_.waiting();
+  status.waiting_scans = static_cast<std::uint32_t>(waiting.scans);
+  status.waiting_files = static_cast<std::uint32_t>(waiting.files);
+  status.free_bytes = free_bytes(spool_.folder()).value_or(0);
 }
 
 // What the end of a conversation means for the operator; the same again is not news.
@@ -218,6 +250,18 @@ Uplink::~Uplink() = default;
 
 LinkStatus Uplink::status() const {
   return worker_->status();
+}
+
+const UplinkCounts& Uplink::counts() const {
+  return worker_->counts();
+}
+
+void Uplink::tell(const std::string& state, const std::string& text, const std::string& scan_id) {
+  worker_->tell(state, text, scan_id);
+}
+
+void Uplink::tell(wire::CoveragePreview preview) {
+  worker_->tell(std::move(preview));
 }
 
 ScanProgress Uplink::progress(const std::string& scan_id) const {

@@ -4,8 +4,10 @@
 
 #include "common/keys/keys.h"
 #include "common/result/result.h"
+#include "common/wire/wire.h"
 #include "device/spool/spool.h"
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -24,6 +26,7 @@ struct UplinkOptions {
   std::chrono::milliseconds silence_timeout{20000};  // then the connection counts as dead
   std::chrono::milliseconds reconnect_min{100};      // wait before trying again, doubled every time,
   std::chrono::milliseconds reconnect_max{5000};     // up to this
+  std::chrono::milliseconds refused_retry{60000};    // until a scan that the host refused is offered again
 
   Result<void> check() const;
 };
@@ -32,6 +35,18 @@ struct LinkStatus {
   enum class Phase { connecting, connected, unreachable, refused };
   Phase phase = Phase::connecting;
   std::string text;  // one line for the operator
+};
+
+// Since the uplink was made.
+struct UplinkCounts {
+  using Count = std::atomic<std::uint64_t>;
+  Count connections{0};         // times the host welcomed this device
+  Count lost{0};                // connections that ended or did not come about
+  Count refused{0};             // by the host
+  Count bytes{0};               // of files, those sent again included
+  Count acknowledged_files{0};  // the host has them
+  Count resumed_files{0};       // the host asked for again
+  Count result_bytes{0};        // received
 };
 
 // How far the host is with a scan.
@@ -58,6 +73,13 @@ class Uplink {
   Uplink& operator=(const Uplink&) = delete;
 
   LinkStatus status() const;
+  const UplinkCounts& counts() const;
+
+  // What the device does, for those who look at the host: a word ("ready", "recording"), a sentence that may be empty,
+  // and the scan it records (empty: none). Only the latest is sent, before anything large.
+  void tell(const std::string& state, const std::string& text, const std::string& scan_id);
+  // What the scan being recorded has seen; only the latest is sent, a few times a second at most.
+  void tell(wire::CoveragePreview preview);
 
   // How far a closed scan is; stage "refused" when the host does not take it, with the reason.
   ScanProgress progress(const std::string& scan_id) const;

@@ -27,6 +27,7 @@ bool is_dropped(const SpooledFile& file) {
 }  // namespace
 
 Result<Next> Upload::next(Time now) {
+  offer_refused_again(now);
   if (!stale_ && !current_) return Next();
   if (stale_) {
     // Something smaller than a chunk may have become due, or the current file may have been dropped.
@@ -42,6 +43,18 @@ Result<Next> Upload::next(Time now) {
     stale_ = false;
   }
   return next_chunk(now);
+}
+
+void Upload::offer_refused_again(Time now) {
+  for (auto it = refused_.begin(); it != refused_.end();) {
+    if (now < it->second) {
+      ++it;
+      continue;
+    }
+    scans_.erase(it->first);
+    stale_ = true;
+    it = refused_.erase(it);
+  }
 }
 
 // Small messages of a scan first, then the choice of the next file; nothing when only chunks of a file are left to
@@ -125,7 +138,7 @@ std::chrono::milliseconds Upload::wait(Time now) const {
   return current_ ? pacer_.wait(now) : std::chrono::milliseconds(0);
 }
 
-Result<void> Upload::on(const wire::ScanState& state) {
+Result<void> Upload::on(const wire::ScanState& state, Time when) {
   const std::optional<SpooledScan> now = spool_.scan(state.scan);
   if (!now || now->phase == SpoolPhase::delivered) return {};
   Scan& scan = scans_[state.scan];
@@ -144,6 +157,7 @@ Result<void> Upload::on(const wire::ScanState& state) {
       return spool_.fail_scan(state.scan, state.text);
     case wire::ScanPhase::refused:
       scan.over = true;
+      refused_[state.scan] = when + refused_retry_;
       return {};
   }
   if (std::exchange(scan.close_sent, false) && ++scan.closes >= max_closes) {

@@ -20,13 +20,15 @@ namespace gyre {
 
 // Scans go oldest first. Of each: ScanOpen; once the host has told what it holds, discards and files by name; when
 // everything is acknowledged and the scan is closed, ScanClose. What was sent but not acknowledged is forgotten with
-// the connection: the next one asks the host. Errors: the spool cannot be read or written.
+// the connection: the next one asks the host. A scan the host refuses, as one without room does, is offered again after
+// a while. Errors: the spool cannot be read or written.
 class Upload {
  public:
   using Time = Pacer::Time;
 
-  // limit: bytes a second at most, 0 for none.
-  explicit Upload(Spool& spool, double limit = 0.0) : spool_(spool), pacer_(limit) {}
+  // limit: bytes a second at most, 0 for none. refused_retry: the while after which a refused scan is offered again.
+  explicit Upload(Spool& spool, double limit = 0.0, std::chrono::milliseconds refused_retry = std::chrono::minutes(1))
+      : spool_(spool), pacer_(limit), refused_retry_(refused_retry) {}
 
   // The spool may have changed.
   void refresh() { stale_ = true; }
@@ -38,7 +40,7 @@ class Upload {
   std::chrono::milliseconds wait(Time now) const;
 
   void on(const wire::Credit& credit, Time now) { pacer_.grant(credit.bytes, now); }
-  Result<void> on(const wire::ScanState& state);
+  Result<void> on(const wire::ScanState& state, Time now);
   Result<void> on(const wire::FileAck& ack);
   Result<void> on(const wire::FileResume& resume);
 
@@ -66,10 +68,13 @@ class Upload {
   Result<std::optional<wire::Message>> next_of(const std::string& id, Scan& scan);
   Result<std::optional<wire::Message>> next_chunk(Time now);
   Result<void> start(const std::string& id, Scan& scan, const SpooledFile& file);
+  void offer_refused_again(Time now);
   Result<void> host_lacks_files(const SpooledScan& scan, const wire::ScanState& state);
 
   Spool& spool_;
   Pacer pacer_;
+  std::chrono::milliseconds refused_retry_;
+  std::map<std::string, Time> refused_;  // scan and when to offer it again
   bool stale_ = true;
   std::map<std::string, Scan> scans_;
   std::optional<Current> current_;

@@ -35,7 +35,9 @@ wire::ScanState refusal(const std::string& scan_id, const std::string& reason) {
 // The scan a message is about, for those that need it opened first.
 template <class Message>
 const std::string* scan_of(const Message& message) {
-  if constexpr (requires { message.scan; } && !std::is_same_v<Message, wire::ScanOpen>) return &message.scan;
+  constexpr bool is_free = std::is_same_v<Message, wire::ScanOpen> || std::is_same_v<Message, wire::DeviceStatus> ||
+                           std::is_same_v<Message, wire::CoveragePreview>;
+  if constexpr (requires { message.scan; } && !is_free) return &message.scan;
   return nullptr;
 }
 
@@ -61,17 +63,23 @@ struct Desk::Handler {
     if (Result<void> done = desk.store_.set_delivered(m.scan); !done) return spdlog::info("{}", done.error().message());
     spdlog::info("scan {} delivered to {}", m.scan, device.device_name);
   }
+  void operator()(const wire::DeviceStatus& m) const { desk.board_.told(device.key, m); }
+  void operator()(const wire::CoveragePreview& m) const {
+    // It overtakes the opening of its scan, and is then too early by a moment; or speaks of what is not the device's.
+    if (device.scans.contains(m.scan)) desk.board_.told(device.key, m);
+  }
   template <class Other>
   void operator()(const Other& /*not for a host*/) const {
-    desk.refuse(peer, "a device may not send this kind of message", true);
+    desk.refuse(peer, RefusalKind::not_allowed, "a device may not send this kind of message");
   }
 };
 
 Desk::Desk(DeskOptions options, Store& store, IsAllowed is_allowed, Send send,
-           std::function<void(const std::string&)> on_queued)
+           std::function<void(const std::string&)> on_queued, LinkBoard& board)
     : options_(options),
       store_(store),
-      receiver_(store, options.max_file_bytes),
+      board_(board),
+      receiver_(store, options.max_file_bytes, board.counts),
       is_allowed_(std::move(is_allowed)),
       send_(std::move(send)),
       on_queued_(std::move(on_queued)) {}
@@ -82,33 +90,46 @@ void Desk::receive(const std::string& peer, const std::string& key, std::string_
 }
 
 void Desk::handle(const std::string& peer, const std::string& key, std::string_view bytes) {
-  if (key.empty()) return refuse(peer, "not authenticated", true);
+  if (key.empty()) return refuse(peer, RefusalKind::unknown_key, "not authenticated");
   // The doorman asks once a connection; a device that was shut out since keeps that connection.
-  if (!is_allowed_(key)) return refuse(peer, shut_out, true);
+  if (!is_allowed_(key)) {
+    board_.shut_out(key);
+    return refuse(peer, RefusalKind::shut_out, shut_out);
+  }
   const Result<wire::Message> message = wire::decode(bytes);
-  if (!message) return refuse(peer, message.error().message(), true);
+  if (!message) return refuse(peer, RefusalKind::malformed, message.error().message());
   if (const auto* hello = std::get_if<wire::Hello>(&*message)) return greet(peer, key, *hello);
   const auto found = conversations_.find(peer);
-  if (found == conversations_.end()) return refuse(peer, "this conversation has ended; start again", false);
+  if (found == conversations_.end()) {
+    return refuse(peer, RefusalKind::protocol, "this conversation has ended; start again", false);
+  }
   Conversation& device = found->second;
   device.last_heard = std::chrono::steady_clock::now();
   const std::string* scan = std::visit([](const auto& m) { return scan_of(m); }, *message);
-  if (scan && !device.scans.contains(*scan)) return refuse(peer, "scan " + *scan + " is not open here", true);
+  if (scan && !device.scans.contains(*scan)) {
+    return refuse(peer, RefusalKind::not_allowed, "scan " + *scan + " is not open here");
+  }
   std::visit(Handler{*this, peer, device}, *message);
 }
 
 void Desk::greet(const std::string& peer, const std::string& key, const wire::Hello& hello) {
   if (hello.major != wire::protocol_major) {
-    return refuse(peer,
+    return refuse(peer, RefusalKind::protocol,
                   "this host speaks protocol " + std::to_string(wire::protocol_major) + ", the device " +
-                      std::to_string(hello.major) + "; bring both to the same version of Gyre",
-                  true);
+                      std::to_string(hello.major) + "; bring both to the same version of Gyre");
   }
   if (const auto before = peers_.find(key); before != peers_.end()) conversations_.erase(before->second);
   peers_[key] = peer;
-  conversations_[peer] = {key, hello.device_name, 0, {}, std::chrono::steady_clock::now()};
+  const std::chrono::milliseconds asked(hello.deadline_ms);
+  const std::chrono::milliseconds deadline =
+      asked.count() > 0 ? std::min(asked, options_.silence_timeout) : options_.silence_timeout;
+  conversations_[peer] = {key, hello.device_name, 0, {}, std::chrono::steady_clock::now(), deadline};
+  board_.arrived(key, hello);
   spdlog::info("device {} is connected", hello.device_name);
-  send(peer, wire::Welcome{});
+  send(peer, wire::Welcome{wire::protocol_major,
+                           wire::protocol_minor,
+                           {std::string(wire::takes_status), std::string(wire::takes_coverage)},
+                           static_cast<std::uint32_t>(options_.silence_timeout.count())});
   send(peer, wire::Credit{options_.credit_bytes});
 }
 
@@ -118,6 +139,7 @@ void Desk::open_scan(const std::string& peer, Conversation& device, const wire::
   const Result<std::optional<StoredScan>> known = store_.scan(open.scan);
   if (!known) return give_up(peer, known.error());
   if (*known && (*known)->device_key != device.key) {
+    board_.counts.refused(RefusalKind::not_allowed);
     spdlog::warn("device {} asked for scan {}, which belongs to another device", device.device_name, open.scan);
     return send(peer, refusal(open.scan, "the scan belongs to another device"));
   }
@@ -157,7 +179,9 @@ Result<std::optional<std::string>> Desk::no_place_for(const wire::ScanOpen& open
 }
 
 void Desk::take_chunk(const std::string& peer, Conversation& device, const wire::FileChunk& chunk) {
-  if (!wire::is_bundle_file(chunk.file.name)) return refuse(peer, "not a file of a scan: " + chunk.file.name, true);
+  if (!wire::is_bundle_file(chunk.file.name)) {
+    return refuse(peer, RefusalKind::not_allowed, "not a file of a scan: " + chunk.file.name);
+  }
   Result<std::optional<wire::Message>> answer = receiver_.accept(chunk);
   if (!answer) return give_up(peer, answer.error());
   device.spent += wire::cost_of(chunk.data.size());
@@ -189,6 +213,7 @@ void Desk::send_result(const std::string& peer, const wire::ResultRequest& reque
   if (file == results->end()) return send_end(peer, request.scan);
   Result<std::string> data = read_chunk(store_.bundle(request.scan).root() / request.name, request.offset);
   if (!data) return give_up(peer, data.error());
+  board_.counts.sent_bytes += data->size();
   send(peer, wire::ResultChunk{request.scan, request.name, request.sha256, request.offset, std::move(*data)});
 }
 
@@ -218,13 +243,14 @@ void Desk::publish_end(const std::string& scan_id) {
 }
 
 void Desk::forget_gone() {
-  const auto oldest = std::chrono::steady_clock::now() - options_.silence_timeout;
+  const auto now = std::chrono::steady_clock::now();
   for (const auto& [peer, device] : conversations_) {
-    if (device.last_heard < oldest) {
+    if (now - device.last_heard > device.deadline) {
       spdlog::info("device {} has gone silent", device.device_name);
       gone_.insert(peer);
     } else if (!is_allowed_(device.key)) {
-      refuse(peer, shut_out, true);
+      board_.shut_out(device.key);
+      refuse(peer, RefusalKind::shut_out, shut_out);
     }
   }
   remove_gone();
@@ -242,19 +268,24 @@ void Desk::send(const std::string& peer, wire::Message message) {
   if (send_(peer, std::move(message))) return;
   // A device that left, or lets its answers pile up: it finds everything in the store when it comes back.
   const auto found = conversations_.find(peer);
-  if (found != conversations_.end()) spdlog::debug("device {} has left", found->second.device_name);
+  if (found != conversations_.end()) {
+    ++board_.counts.dropped_messages;
+    spdlog::debug("device {} has left", found->second.device_name);
+  }
   gone_.insert(peer);
 }
 
-void Desk::refuse(const std::string& peer, const std::string& reason, bool permanent) {
+void Desk::refuse(const std::string& peer, RefusalKind kind, const std::string& reason, bool permanent) {
   const auto found = conversations_.find(peer);
   const std::string name = found == conversations_.end() ? "an unknown device" : "device " + found->second.device_name;
+  board_.counts.refused(kind);
   spdlog::log(permanent ? spdlog::level::warn : spdlog::level::debug, "refused {}: {}", name, reason);
   send(peer, wire::Refused{reason, permanent});
   gone_.insert(peer);
 }
 
 void Desk::give_up(const std::string& peer, const Error& error) {
+  board_.counts.refused(RefusalKind::host_fault);
   spdlog::error("{}", error.message());
   send(peer, wire::Refused{"the host cannot go on: " + error.message(), true});
   gone_.insert(peer);
@@ -265,7 +296,10 @@ void Desk::remove_gone() {
     const auto found = conversations_.find(peer);
     if (found == conversations_.end()) continue;
     const auto current = peers_.find(found->second.key);
-    if (current != peers_.end() && current->second == peer) peers_.erase(current);
+    if (current != peers_.end() && current->second == peer) {
+      peers_.erase(current);
+      board_.left(found->second.key);
+    }
     conversations_.erase(found);
   }
   gone_.clear();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "common/wire/wire.h"
+#include "offload/ingest/link_board.h"
 #include "offload/ingest/receiver.h"
 #include "offload/store/store.h"
 
@@ -32,8 +33,9 @@ class Desk {
   // Whether a key is on the list of devices still.
   using IsAllowed = std::function<bool(const std::string& key)>;
 
+  // board: is told who is there, and counts; outlives the desk.
   Desk(DeskOptions options, Store& store, IsAllowed is_allowed, Send send,
-       std::function<void(const std::string& scan_id)> on_queued);
+       std::function<void(const std::string& scan_id)> on_queued, LinkBoard& board);
 
   // One message, as it came: key is the peer's authenticated public key, bytes what it sent.
   void receive(const std::string& peer, const std::string& key, std::string_view bytes);
@@ -54,6 +56,7 @@ class Desk {
     std::uint64_t spent = 0;      // credit for what was stored since the last grant
     std::set<std::string> scans;  // opened here, and therefore its own
     std::chrono::steady_clock::time_point last_heard;
+    std::chrono::milliseconds deadline;  // gone when silent for longer
   };
   struct Handler;
 
@@ -65,7 +68,7 @@ class Desk {
   void send_result(const std::string& peer, const wire::ResultRequest& request);
   void send_end(const std::string& peer, const std::string& scan_id);
   void send(const std::string& peer, wire::Message message);
-  void refuse(const std::string& peer, const std::string& reason, bool permanent);
+  void refuse(const std::string& peer, RefusalKind kind, const std::string& reason, bool permanent = true);
   void give_up(const std::string& peer, const Error& error);
   void handle(const std::string& peer, const std::string& key, std::string_view bytes);
   void remove_gone();
@@ -73,6 +76,7 @@ class Desk {
 
   DeskOptions options_;
   Store& store_;
+  LinkBoard& board_;
   Receiver receiver_;
   IsAllowed is_allowed_;
   Send send_;

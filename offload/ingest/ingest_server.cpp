@@ -5,6 +5,7 @@
 #include "common/wire/link_socket.h"
 #include "common/wire/wakeup.h"
 #include "offload/ingest/desk.h"
+#include "offload/ingest/door.h"
 #include "offload/ingest/zap.h"
 
 #include <spdlog/spdlog.h>
@@ -58,6 +59,7 @@ class IngestServer::Worker {
   Result<void> start();
   void stop();
   std::string endpoint() const { return endpoint_; }
+  const LinkBoard& board() const { return board_; }
 
   void post(const wire::StageProgress& progress) {
     const std::lock_guard lock(mutex_);
@@ -80,9 +82,11 @@ class IngestServer::Worker {
   IngestOptions options_;
   Store& store_;
   std::function<void(const std::string&)> on_queued_;
+  LinkBoard board_;
   std::unique_ptr<zmq::context_t> context_;
   std::unique_ptr<ZapHandler> zap_;
   std::unique_ptr<zmq::socket_t> socket_;
+  std::unique_ptr<Door> door_;
   std::string endpoint_;
   std::thread thread_;
 
@@ -98,9 +102,10 @@ Result<void> IngestServer::Worker::start() {
   stopping_ = false;
   try {
     context_ = std::make_unique<zmq::context_t>();
-    zap_ = std::make_unique<ZapHandler>(*context_, options_.allow_list);
+    zap_ = std::make_unique<ZapHandler>(*context_, options_.allow_list, board_.counts);
     socket_ = std::make_unique<zmq::socket_t>(*context_, zmq::socket_type::router);
     configure_host_socket(*socket_, options_.keys);
+    door_ = std::make_unique<Door>(*context_, *socket_, board_.counts);
     socket_->bind(options_.endpoint);
     endpoint_ = socket_->get(zmq::sockopt::last_endpoint);
   } catch (const zmq::error_t& error) {
@@ -121,6 +126,7 @@ void IngestServer::Worker::stop() {
     }
     thread_.join();
   }
+  door_.reset();
   socket_.reset();
   zap_.reset();
   context_.reset();
@@ -131,10 +137,12 @@ void IngestServer::Worker::serve() {
   Desk desk(
       {options_.credit_bytes, options_.max_file_bytes, options_.silence_timeout, options_.reserve_bytes}, store_,
       [&](const std::string& key) { return allowed.contains(key); },
-      [this](const std::string& peer, wire::Message message) { return send(peer, std::move(message)); }, on_queued_);
+      [this](const std::string& peer, wire::Message message) { return send(peer, std::move(message)); }, on_queued_,
+      board_);
   while (true) {
-    std::array<zmq::pollitem_t, 2> items = {
-        {{socket_->handle(), 0, ZMQ_POLLIN, 0}, {nullptr, wakeup_.descriptor(), ZMQ_POLLIN, 0}}};
+    std::array<zmq::pollitem_t, 3> items = {{{socket_->handle(), 0, ZMQ_POLLIN, 0},
+                                             {nullptr, wakeup_.descriptor(), ZMQ_POLLIN, 0},
+                                             {door_->events().handle(), 0, ZMQ_POLLIN, 0}}};
     zmq::poll(items.data(), items.size(), housekeeping_interval);
     if (items[1].revents != 0) {
       wakeup_.clear();
@@ -145,6 +153,7 @@ void IngestServer::Worker::serve() {
     for (int i = 0; i < messages_between_posts && receive_one(desk); ++i) {
     }
     desk.forget_gone();
+    door_->look();
   }
 }
 
@@ -195,6 +204,10 @@ void IngestServer::stop() {
 }
 std::string IngestServer::endpoint() const {
   return worker_->endpoint();
+}
+
+const LinkBoard& IngestServer::board() const {
+  return worker_->board();
 }
 
 void IngestServer::publish_progress(const std::string& scan_id, const std::string& stage, double fraction,

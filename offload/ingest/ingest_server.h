@@ -4,6 +4,7 @@
 
 #include "common/keys/keys.h"
 #include "common/result/result.h"
+#include "offload/ingest/link_board.h"
 #include "offload/store/store.h"
 
 #include <chrono>
@@ -40,7 +41,8 @@ class IngestServer {
   // Binds the ZAP handler, then the socket, and serves.
   Result<void> start();
   void stop();
-  std::string endpoint() const;  // with the real port, once started
+  std::string endpoint() const;    // with the real port, once started
+  const LinkBoard& board() const;  // who is there, and what was counted; from any thread
 
   // The next three may be called from any thread, whether or not the device is connected; a device that comes back
   // later is told then.

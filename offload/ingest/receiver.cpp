@@ -125,6 +125,7 @@ Result<wire::ScanState> Receiver::state(const std::string& scan_id) {
 Result<std::optional<wire::Message>> Receiver::accept(const wire::FileChunk& chunk) {
   using Answer = std::optional<wire::Message>;
   const std::uint64_t end = chunk.offset + chunk.data.size();
+  counts_.received_bytes += chunk.data.size();
   const Result<std::optional<StoredScan>> scan = store_.scan(chunk.scan);
   if (!scan) return tl::unexpected(scan.error());
   const Result<std::optional<StoredFile>> stored = store_.file(chunk.scan, chunk.file.name);
@@ -144,6 +145,7 @@ Result<std::optional<wire::Message>> Receiver::accept(const wire::FileChunk& chu
   const std::uint64_t held = size_or_zero(part);
   if (chunk.offset > held) {
     if (!resuming_.insert(part).second) return Answer();
+    ++counts_.resumed_files;
     return Answer(wire::FileResume{chunk.scan, chunk.file.name, chunk.file.sha256, held});
   }
   resuming_.erase(part);
@@ -161,6 +163,7 @@ Result<std::optional<wire::Message>> Receiver::finish(const wire::FileChunk& chu
   const Result<std::string> hash = sha256_of_file(part);
   if (!hash) return tl::unexpected(hash.error());
   if (*hash != chunk.file.sha256) {
+    ++counts_.damaged_files;
     spdlog::warn("scan {}: {} arrived damaged and is fetched again", chunk.scan, chunk.file.name);
     std::error_code error;
     fs::remove(part, error);
@@ -172,6 +175,8 @@ Result<std::optional<wire::Message>> Receiver::finish(const wire::FileChunk& chu
   if (Result<void> moved = rename_durably(part, file); !moved) return tl::unexpected(moved.error());
   const StoredFile entry{chunk.file.name, chunk.file.size, chunk.file.sha256};
   if (Result<void> added = store_.add_file(chunk.scan, entry); !added) return tl::unexpected(added.error());
+  ++counts_.received_files;
+  if (chunk.file.name.starts_with(frames_folder)) ++counts_.received_frames;
   return Answer(wire::FileAck{chunk.scan, chunk.file.name, chunk.file.sha256});
 }
 

@@ -4,6 +4,7 @@
 
 #include "common/result/result.h"
 #include "common/wire/wire.h"
+#include "offload/ingest/link_board.h"
 #include "offload/store/store.h"
 
 #include <cstdint>
@@ -20,7 +21,8 @@ namespace gyre {
 // Callers have made sure that the scan is open and belongs to the device.
 class Receiver {
  public:
-  Receiver(Store& store, std::uint64_t max_file_bytes) : store_(store), max_file_bytes_(max_file_bytes) {}
+  Receiver(Store& store, std::uint64_t max_file_bytes, LinkCounts& counts)
+      : store_(store), max_file_bytes_(max_file_bytes), counts_(counts) {}
 
   // What the host has of a scan. Files that vanished from the disk are taken out of the catalogue first.
   Result<wire::ScanState> state(const std::string& scan_id);
@@ -43,6 +45,7 @@ class Receiver {
 
   Store& store_;
   std::uint64_t max_file_bytes_;
+  LinkCounts& counts_;
   std::set<std::filesystem::path> resuming_;  // parts whose sender was asked to resume and has not yet
 };
 

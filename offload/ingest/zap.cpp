@@ -34,7 +34,8 @@ std::string z85_of(const zmq::message_t& key) {
 
 }  // namespace
 
-ZapHandler::ZapHandler(zmq::context_t& context, std::filesystem::path allow_list) : allow_list_(std::move(allow_list)) {
+ZapHandler::ZapHandler(zmq::context_t& context, std::filesystem::path allow_list, LinkCounts& counts)
+    : allow_list_(std::move(allow_list)), counts_(counts) {
   zmq::socket_t socket(context, zmq::socket_type::rep);
   socket.set(zmq::sockopt::linger, 0);
   socket.bind("inproc://zeromq.zap.01");
@@ -65,6 +66,7 @@ void ZapHandler::serve(zmq::socket_t socket) {
     if (name) {
       spdlog::debug("device {} connects from {}", *name, text_of(request[3]));
     } else {
+      counts_.refused(RefusalKind::unknown_key);
       spdlog::warn("refused a device from {}: its key {} is not on the list; to let it in, authorise that key",
                    request.size() > 3 ? text_of(request[3]) : "?", key.empty() ? "(none)" : key);
     }

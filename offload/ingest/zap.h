@@ -3,6 +3,7 @@
 #pragma once
 
 #include "common/wire/wakeup.h"
+#include "offload/ingest/link_board.h"
 
 #include <filesystem>
 #include <thread>
@@ -18,7 +19,8 @@ namespace gyre {
 // a device let in carry its public key as their User-Id. Must exist before a socket of `context` binds.
 class ZapHandler {
  public:
-  ZapHandler(zmq::context_t& context, std::filesystem::path allow_list);
+  // counts: of who is turned away; outlives this.
+  ZapHandler(zmq::context_t& context, std::filesystem::path allow_list, LinkCounts& counts);
   ~ZapHandler();
   ZapHandler(const ZapHandler&) = delete;
   ZapHandler& operator=(const ZapHandler&) = delete;
@@ -27,6 +29,7 @@ class ZapHandler {
   void serve(zmq::socket_t socket);
 
   std::filesystem::path allow_list_;
+  LinkCounts& counts_;
   Wakeup stop_;
   std::thread thread_;
 };

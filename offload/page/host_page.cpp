@@ -109,15 +109,23 @@ void HostPage::watch() {
 void HostPage::publish_changes() {
   const Result<std::vector<StoredScan>> scans = store_.scans();
   if (!scans) return;
-  const std::map<std::string, ScanActivity> work = actions_.work();
-  std::map<std::string, json> now;
+  const Look seen = look();
+  std::map<std::string, Told> now;
   for (const StoredScan& scan : *scans) {
-    json row = row_of(scan, work);
     const auto before = told_.find(scan.id);
-    if (before == told_.end() || before->second != row) events_.publish("scan", row.dump());
-    now.emplace(scan.id, std::move(row));
+    const bool in_work =
+        scan.phase == StorePhase::receiving || seen.work.contains(scan.id) || importer_.work(scan.id).has_value();
+    // Files of a scan change while it is in work, and a last time when that ends; looking at them all always would not
+    // do for a thousand scans.
+    if (before != told_.end() && !in_work && !before->second.in_work && before->second.scan == scan) {
+      now.insert(told_.extract(before));
+      continue;
+    }
+    json row = row_of(scan, seen);
+    if (before == told_.end() || before->second.row != row) events_.publish("scan", row.dump());
+    now.emplace(scan.id, Told{scan, std::move(row), in_work});
   }
-  for (const auto& [id, row] : told_) {
+  for (const auto& [id, told] : told_) {
     if (!now.contains(id)) events_.publish("deleted", json{{"id", id}}.dump());
   }
   told_ = std::move(now);
@@ -130,19 +138,27 @@ Result<StoredScan> HostPage::find(const std::string& id) const {
   return **scan;
 }
 
-json HostPage::row_of(const StoredScan& scan, const std::map<std::string, ScanActivity>& work) const {
+HostPage::Look HostPage::look() const {
+  Look look{actions_.work(), {}};
+  for (DeviceView& device : actions_.devices()) look.devices[device.key] = std::move(device);
+  return look;
+}
+
+json HostPage::row_of(const StoredScan& scan, const Look& look) const {
+  const auto device = look.devices.find(scan.device_key);
+  const std::optional<DeviceView> from = device == look.devices.end() ? std::nullopt : std::optional(device->second);
   const std::optional<ScanActivity> importing = importer_.work(scan.id);
-  if (importing) return scan_row(store_, scan, importing, true);
-  const auto found = work.find(scan.id);
-  return scan_row(store_, scan, found == work.end() ? std::nullopt : std::optional(found->second), false);
+  if (importing) return scan_row(store_, scan, importing, true, from);
+  const auto found = look.work.find(scan.id);
+  return scan_row(store_, scan, found == look.work.end() ? std::nullopt : std::optional(found->second), false, from);
 }
 
 json HostPage::rows() const {
   json rows = json::array();
   const Result<std::vector<StoredScan>> scans = store_.scans();
   if (!scans) return rows;
-  const std::map<std::string, ScanActivity> work = actions_.work();
-  for (const StoredScan& scan : *scans) rows.push_back(row_of(scan, work));
+  const Look seen = look();
+  for (const StoredScan& scan : *scans) rows.push_back(row_of(scan, seen));
   return rows;
 }
 
@@ -152,11 +168,16 @@ HttpResponse HostPage::answer(const Result<void>& done) const {
 
 void HostPage::add_scan_routes() {
   const std::string scan = "/api/scans/" + scan_pattern;
+  server_.get("/api/devices", [this](const HttpRequest&) {
+    json devices = json::array();
+    for (const DeviceView& device : actions_.devices()) devices.push_back(device_row(device));
+    return json_response(devices);
+  });
   server_.get("/api/scans", [this](const HttpRequest&) { return json_response(rows()); });
   server_.get(scan, [this](const HttpRequest& request) {
     const Result<StoredScan> found = find(request.parts[0]);
     if (!found) return error_response(404, found.error().message());
-    return json_response(scan_details(store_, row_of(*found, actions_.work()), found->id, stages_));
+    return json_response(scan_details(store_, row_of(*found, look()), found->id, stages_));
   });
   server_.post(scan + "/cancel",
                [this](const HttpRequest& request) { return answer(actions_.cancel(request.parts[0])); });
@@ -179,18 +200,20 @@ void HostPage::add_scan_routes() {
 void HostPage::add_file_routes() {
   const std::string scan = "/scans/" + scan_pattern;
   // Only names that are known, so that no path leads anywhere else.
-  server_.get(scan + "/(avatar\\.(?:glb|vrm|fbx)|report\\.(?:html|json))", [this](const HttpRequest& request) {
-    if (!find(request.parts[0])) return error_response(404, "there is no such scan");
-    const std::string& name = request.parts[1];
-    HttpResponse response;
-    response.type = type_of(name);
-    response.file = store_.bundle(request.parts[0]).root() / name;
-    if (name == "report.html") response.headers["Content-Security-Policy"] = report_policy;
-    if (request.query.contains("download")) {
-      response.headers["Content-Disposition"] = "attachment; filename=\"" + request.parts[0] + "-" + name + "\"";
-    }
-    return response;
-  });
+  server_.get(scan + "/(avatar(?:-50|-25)?\\.glb|avatar\\.(?:vrm|fbx)|report\\.(?:html|json))",
+              [this](const HttpRequest& request) {
+                if (!find(request.parts[0])) return error_response(404, "there is no such scan");
+                const std::string& name = request.parts[1];
+                HttpResponse response;
+                response.type = type_of(name);
+                response.file = result_file(store_.bundle(request.parts[0]), name);
+                if (name == "report.html") response.headers["Content-Security-Policy"] = report_policy;
+                if (request.query.contains("download")) {
+                  response.headers["Content-Disposition"] =
+                      "attachment; filename=\"" + request.parts[0] + "-" + name + "\"";
+                }
+                return response;
+              });
   server_.get(scan + "/frames/([a-z]{1,16}-[0-9]{6}\\.jpg)", [this](const HttpRequest& request) {
     if (!find(request.parts[0])) return error_response(404, "there is no such scan");
     const std::filesystem::path file = store_.bundle(request.parts[0]).frames() / request.parts[1];

@@ -27,9 +27,10 @@ struct ScanActions {
   std::function<std::map<std::string, ScanActivity>()> work;  // of all scans that are worked on
   std::function<void(const std::string& scan)> queued;        // a job was queued
   std::function<Result<void>(const std::string& scan)> cancel;
-  // stage_options: those that differ from what they were, checked.
-  std::function<Result<void>(const std::string& scan, const nlohmann::json& stage_options)> rerun;
+  // changes: stage -> options that differ from what they were, checked.
+  std::function<Result<void>(const std::string& scan, const nlohmann::json& changes)> rerun;
   std::function<Result<void>(const std::string& scan)> remove;
+  std::function<std::vector<DeviceView>()> devices = [] { return std::vector<DeviceView>(); };
 };
 
 struct HostPageOptions {
@@ -61,7 +62,13 @@ class HostPage {
   void publish_changes();
 
   Result<StoredScan> find(const std::string& id) const;
-  nlohmann::json row_of(const StoredScan& scan, const std::map<std::string, ScanActivity>& work) const;
+  // What is looked up once for all rows.
+  struct Look {
+    std::map<std::string, ScanActivity> work;   // by scan
+    std::map<std::string, DeviceView> devices;  // by key
+  };
+  Look look() const;
+  nlohmann::json row_of(const StoredScan& scan, const Look& look) const;
   nlohmann::json rows() const;
   HttpResponse answer(const Result<void>& done) const;
 
@@ -75,7 +82,12 @@ class HostPage {
   std::mutex mutex_;
   std::condition_variable wake_;
   bool stopping_ = false;
-  std::map<std::string, nlohmann::json> told_;  // by scan, what the watchers know; of the watching thread
+  struct Told {
+    StoredScan scan;
+    nlohmann::json row;
+    bool in_work = false;
+  };
+  std::map<std::string, Told> told_;  // by scan, what the watchers know; of the watching thread
   std::thread watcher_;
   HttpServer server_;  // goes first
 };

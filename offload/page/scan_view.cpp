@@ -45,17 +45,62 @@ bool same_type(const json& value, const json& preset) {
 }  // namespace
 
 const std::vector<std::string>& result_names() {
-  static const std::vector<std::string> names = {"avatar.glb", "avatar.vrm", "avatar.fbx", "report.html",
-                                                 "report.json"};
+  static const std::vector<std::string> names = {"avatar.glb",    "avatar.vrm",  "avatar.fbx", "avatar-50.glb",
+                                                 "avatar-25.glb", "report.html", "report.json"};
   return names;
 }
 
-json scan_row(const Store& store, const StoredScan& scan, const std::optional<ScanActivity>& work, bool importing) {
+fs::path result_file(const Bundle& bundle, const std::string& name) {
+  const bool is_level = name == "avatar-50.glb" || name == "avatar-25.glb";
+  return (is_level ? bundle.work("avatar") : bundle.root()) / name;
+}
+
+namespace {
+
+// What the device says while it records that very scan.
+std::string words_of(const std::optional<DeviceView>& device, const std::string& scan_id) {
+  if (!device || !device->status || device->status->scan != scan_id) return {};
+  if (!device->connected) return "the device is out of reach";
+  return device->status->text.empty() ? device->status->state : device->status->text;
+}
+
+json coverage_view(const wire::CoveragePreview& preview) {
+  json bands = json::array();
+  for (const wire::CoverageBand& band : preview.bands) {
+    json cells = json::array();
+    for (const char cell : band.cells) cells.push_back(static_cast<unsigned char>(cell));
+    bands.push_back({{"name", band.name}, {"share", band.share}, {"cells", std::move(cells)}});
+  }
+  return {{"scan", preview.scan}, {"pass", preview.pass}, {"bands", std::move(bands)}};
+}
+
+}  // namespace
+
+json device_row(const DeviceView& device) {
+  json status;
+  if (device.status) {
+    const wire::DeviceStatus& told = *device.status;
+    status = {{"state", told.state},
+              {"text", told.text},
+              {"scan", told.scan},
+              {"free_bytes", told.free_bytes},
+              {"waiting_scans", told.waiting_scans},
+              {"waiting_files", told.waiting_files}};
+  }
+  return {{"name", device.name},
+          {"connected", device.connected},
+          {"since", device.since},
+          {"status", std::move(status)},
+          {"coverage", device.coverage ? coverage_view(*device.coverage) : json()}};
+}
+
+json scan_row(const Store& store, const StoredScan& scan, const std::optional<ScanActivity>& work, bool importing,
+              const std::optional<DeviceView>& device) {
   const Bundle bundle = store.bundle(scan.id);
   std::error_code error;
   json files = json::array();
   for (const std::string& name : result_names()) {
-    if (fs::exists(bundle.root() / name, error)) files.push_back(name);
+    if (fs::exists(result_file(bundle, name), error)) files.push_back(name);
   }
   const Result<std::vector<FrameId>> frames = list_frames(bundle);
   const std::size_t count = frames ? frames->size() : 0;
@@ -70,6 +115,9 @@ json scan_row(const Store& store, const StoredScan& scan, const std::optional<Sc
           {"stage", work ? work->stage : ""},
           {"fraction", work ? work->fraction : 0.0},
           {"text", work ? work->text : ""},
+          {"device_text", scan.phase == StorePhase::receiving ? words_of(device, scan.id) : std::string()},
+          {"coverage",
+           device && device->coverage && device->coverage->scan == scan.id ? coverage_view(*device->coverage) : json()},
           {"files", std::move(files)}};
 }
 
@@ -97,7 +145,7 @@ Result<void> check_page_options(const json& options, const std::vector<Stage>& s
         return wrong_use("an option that names a file is not set from the page", stage.name + "." + option,
                          "start gyre-offload with it");
       }
-      if (!same_type(value, stage.options.at(option))) {
+      if (!value.is_null() && !same_type(value, stage.options.at(option))) {
         return wrong_use("an option has a value of the wrong kind", stage.name + "." + option);
       }
     }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "common/bundle/stage.h"
+#include "offload/ingest/link_board.h"
 #include "offload/store/store.h"
 
 #include <nlohmann/json.hpp>
@@ -21,16 +22,23 @@ struct ScanActivity {
 
 // Results that the page hands out when they are there.
 const std::vector<std::string>& result_names();
+// Where one of them lies.
+std::filesystem::path result_file(const Bundle& bundle, const std::string& name);
 
-// A line of the list. importing: its keyframes are being selected from an upload.
+// A line of the list. importing: its keyframes are being selected from an upload. device: that the scan comes from,
+// when it is known.
 nlohmann::json scan_row(const Store& store, const StoredScan& scan, const std::optional<ScanActivity>& work,
-                        bool importing);
+                        bool importing, const std::optional<DeviceView>& device);
+
+// A device as the page shows it: {"name", "connected", "since", "status", "coverage"}, the last two null when not told.
+nlohmann::json device_row(const DeviceView& device);
 
 // The row with stature, stages, options and warnings. stages: in the order they run.
 nlohmann::json scan_details(const Store& store, const nlohmann::json& row, const std::string& id,
                             const std::vector<Stage>& stages);
 
-// Checks options that somebody wants a scan run again with: {"stage": {"option": value}}. Errors (wrong use): an
+// Checks changes to options that somebody wants a scan run again with: {"stage": {"option": value, or null for the
+// default}}. Errors (wrong use): an
 // unknown stage or option, a value of another type than the default, or an option that names a file of this machine.
 Result<void> check_page_options(const nlohmann::json& options, const std::vector<Stage>& stages);
 

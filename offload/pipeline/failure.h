@@ -13,6 +13,7 @@ enum class FailureCause {
   stage,      // the stage gave a reason: the same input ends the same way
   crash,      // its process ended without one
   memory,     // it was killed, as a rule for want of memory, or said so
+  space,      // the store's disk was full
   lost,       // the machine it ran on, its time, or the word of it was lost
   cancelled,  // somebody wanted it to end
 };
@@ -25,6 +26,8 @@ constexpr std::string_view name_of(FailureCause cause) {
       return "crash";
     case FailureCause::memory:
       return "memory";
+    case FailureCause::space:
+      return "space";
     case FailureCause::lost:
       return "lost";
     case FailureCause::cancelled:

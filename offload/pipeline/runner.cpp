@@ -2,6 +2,7 @@
 #include "offload/pipeline/runner.h"
 
 #include "common/bundle/atomic_file.h"
+#include "common/bundle/disk_space.h"
 #include "common/log/utc_time.h"
 
 #include <spdlog/spdlog.h>
@@ -35,6 +36,13 @@ Result<void> write_failure(const Bundle& bundle, const StoredJob& job, const Pip
   return write_file(bundle.root() / failure_file, report.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
 }
 
+// A stage that could not write gives its own reason; the disk tells the cause.
+FailureCause cause_of(const PipelineFailure& failure, const Store& store) {
+  constexpr std::uint64_t next_to_nothing = 16 << 20;
+  const bool full = free_bytes(store.folder()).value_or(next_to_nothing) < next_to_nothing;
+  return failure.cause == FailureCause::stage && full ? FailureCause::space : failure.cause;
+}
+
 void log_error(const Result<void>& result) {
   if (!result) spdlog::error("{}", result.error().message());
 }
@@ -45,7 +53,7 @@ Result<void> RunnerOptions::check() const {
   if (scans_at_once < 1) return wrong_use("scans_at_once is less than one", std::to_string(scans_at_once));
   if (lease < std::chrono::seconds(1)) return wrong_use("a lease is shorter than a second");
   for (const auto& wait : retry_waits) {
-    if (wait.count() < 0) return wrong_use("a wait before a retry is negative");
+    if (wait.count() < 0 || wait > longest_retry_wait) return wrong_use("a wait before a retry is not 0 to 10 minutes");
   }
   return {};
 }
@@ -53,6 +61,9 @@ Result<void> RunnerOptions::check() const {
 std::optional<std::chrono::milliseconds> retry_wait(const RunnerOptions& options, FailureCause cause, int tries) {
   if (cause == FailureCause::stage || cause == FailureCause::cancelled) return std::nullopt;
   const auto before = static_cast<std::size_t>(std::max(0, tries - 1));
+  if (cause == FailureCause::space && !options.retry_waits.empty()) {
+    return options.retry_waits[std::min(before, options.retry_waits.size() - 1)];
+  }
   return before < options.retry_waits.size() ? std::optional(options.retry_waits[before]) : std::nullopt;
 }
 
@@ -72,8 +83,12 @@ class Runner::Worker {
   void stop();
   void wake();
   Result<std::vector<ScanStatus>> status() const;
+  RunnerTally tally() const {
+    const std::scoped_lock lock(mutex_);
+    return tally_;
+  }
   Result<void> cancel(const std::string& scan_id);
-  Result<void> rerun(const std::string& scan_id, const json& stage_options);
+  Result<void> rerun(const std::string& scan_id, const json& changes);
   Result<DeletionReceipt> delete_scan(const std::string& scan_id);
 
  private:
@@ -95,7 +110,10 @@ class Runner::Worker {
   ScanOutcome reconstruct(Active& active);
   void renew(Active& active, WallTime now);
   void conclude(const Active& active, const ScanOutcome& outcome);
+  void try_again_or_give_up(const StoredJob& job, PipelineFailure failure);
   void give_up(const StoredJob& job, const PipelineFailure& failure);
+  void count(const std::function<void(RunnerTally&)>& add);
+  void count_stages(const std::vector<StageReport>& reports);
   void tell(Active& active, const std::string& stage, double fraction, std::string_view what);
 
   const RunnerOptions options_;
@@ -107,6 +125,7 @@ class Runner::Worker {
   mutable std::mutex mutex_;  // guards what follows
   std::condition_variable changed_;
   bool woken_ = false;
+  RunnerTally tally_;
   std::map<std::string, std::unique_ptr<Active>> active_;
   std::thread thread_;
 };
@@ -240,22 +259,30 @@ void Runner::Worker::conclude(const Active& active, const ScanOutcome& outcome) 
   const Bundle bundle = store_.bundle(job.scan);
   if (active.cancelled) {
     spdlog::info("scan {}: cancelled", job.scan);
+    count([](RunnerTally& tally) { ++tally.cancelled; });
     return log_error(events_.failed(job.scan, cancelled_by_user));
   }
   if (active.lost) return;
   if (outcome) {
     std::error_code error;
     std::filesystem::remove(bundle.root() / failure_file, error);
-    const Result<void> done = events_.done(job.scan);
-    if (!done) return give_up(job, PipelineFailure{done.error()});
+    if (const Result<void> done = events_.done(job.scan); !done) {
+      return try_again_or_give_up(job, PipelineFailure{done.error()});
+    }
+    count_stages(*outcome);
     spdlog::info("scan {}: avatar is ready", job.scan);
     return;
   }
-  const PipelineFailure& failure = outcome.error();
-  if (stopping_ && failure.cause == FailureCause::cancelled) return;  // goes on with the next start
+  if (stopping_ && outcome.error().cause == FailureCause::cancelled) return;  // goes on with the next start
+  try_again_or_give_up(job, outcome.error());
+}
+
+void Runner::Worker::try_again_or_give_up(const StoredJob& job, PipelineFailure failure) {
+  failure.cause = cause_of(failure, store_);
   const std::optional<std::chrono::milliseconds> wait = retry_wait(options_, failure.cause, job.tries);
   if (!wait) return give_up(job, failure);
-  log_error(write_failure(bundle, job, failure));
+  log_error(write_failure(store_.bundle(job.scan), job, failure));
+  count([&](RunnerTally& tally) { ++tally.retries[std::string(name_of(failure.cause))]; });
   const std::string reason = failure.message();
   spdlog::warn("scan {}: {} ({}); tried again in {} s", job.scan, reason, name_of(failure.cause),
                std::chrono::duration<double>(*wait).count());
@@ -263,8 +290,25 @@ void Runner::Worker::conclude(const Active& active, const ScanOutcome& outcome) 
   log_error(store_.put_back_job(job.scan, reason, events_.now() + *wait));
 }
 
+void Runner::Worker::count_stages(const std::vector<StageReport>& reports) {
+  count([&](RunnerTally& tally) {
+    ++tally.finished;
+    for (const StageReport& report : reports) {
+      if (report.resumed) continue;
+      ++tally.stage_runs[report.name];
+      tally.stage_seconds[report.name] += report.seconds;
+    }
+  });
+}
+
+void Runner::Worker::count(const std::function<void(RunnerTally&)>& add) {
+  const std::scoped_lock lock(mutex_);
+  add(tally_);
+}
+
 void Runner::Worker::give_up(const StoredJob& job, const PipelineFailure& failure) {
   spdlog::error("scan {}: {}", job.scan, failure.message());
+  count([](RunnerTally& tally) { ++tally.failed; });
   log_error(write_failure(store_.bundle(job.scan), job, failure));
   log_error(events_.failed(job.scan, failure.message()));
 }
@@ -314,10 +358,10 @@ Result<void> Runner::Worker::cancel(const std::string& scan_id) {
   return events_.failed(scan_id, cancelled_by_user);
 }
 
-Result<void> Runner::Worker::rerun(const std::string& scan_id, const json& stage_options) {
-  if (Result<void> known = check_stage_options(stages_, stage_options); !known) return known;
-  const json kept = stage_options.is_null() ? json::object() : stage_options;
-  if (Result<void> queued = store_.retry_job(scan_id, kept.dump()); !queued) return queued;
+Result<void> Runner::Worker::rerun(const std::string& scan_id, const json& changes) {
+  if (Result<void> known = check_stage_options(stages_, changes); !known) return known;
+  const std::string patch = changes.is_null() ? "{}" : changes.dump();
+  if (Result<void> queued = store_.retry_job(scan_id, patch); !queued) return queued;
   wake();
   return {};
 }
@@ -348,11 +392,14 @@ void Runner::wake() {
 Result<std::vector<ScanStatus>> Runner::status() const {
   return worker_->status();
 }
+RunnerTally Runner::tally() const {
+  return worker_->tally();
+}
 Result<void> Runner::cancel(const std::string& scan_id) {
   return worker_->cancel(scan_id);
 }
-Result<void> Runner::rerun(const std::string& scan_id, const nlohmann::json& stage_options) {
-  return worker_->rerun(scan_id, stage_options);
+Result<void> Runner::rerun(const std::string& scan_id, const nlohmann::json& changes) {
+  return worker_->rerun(scan_id, changes);
 }
 Result<DeletionReceipt> Runner::delete_scan(const std::string& scan_id) {
   return worker_->delete_scan(scan_id);

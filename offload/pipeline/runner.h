@@ -6,7 +6,9 @@
 #include "offload/store/store.h"
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -25,7 +27,8 @@ struct RunnerOptions {
   Result<void> check() const;
 };
 
-// How long to wait before a job that failed for that cause in its `tries`th try is tried again; nothing: it is not.
+// How long to wait before a job that failed for that cause in its `tries`th try is tried again; nothing: it is not. For
+// want of space it is tried until there is some.
 std::optional<std::chrono::milliseconds> retry_wait(const RunnerOptions& options, FailureCause cause, int tries);
 
 // What the runner tells, from threads of its own. All must return soon.
@@ -51,6 +54,14 @@ struct ScanStatus {
   std::string device;  // its name
 };
 
+// Since the runner was made.
+struct RunnerTally {
+  std::uint64_t finished = 0, failed = 0, cancelled = 0;  // jobs
+  std::map<std::string, std::uint64_t> retries;           // by cause
+  std::map<std::string, std::uint64_t> stage_runs;        // by stage, of finished jobs; not those taken over
+  std::map<std::string, double> stage_seconds;            // of those, wall time
+};
+
 // Jobs are those of the store; what fails leaves failure.json in the bundle: scan, stage, cause, message, tries, at and
 // the end of the stage's log. All methods may be called from any thread.
 class Runner {
@@ -70,10 +81,13 @@ class Runner {
   // All scans that have a job, oldest first.
   Result<std::vector<ScanStatus>> status() const;
 
+  RunnerTally tally() const;
+
   // Ends the job of a queued or running scan for good; it is failed then. Returns when that is so.
   Result<void> cancel(const std::string& scan_id);
-  // Queues a done or failed scan again. stage_options: stage name -> options that differ, kept with the job.
-  Result<void> rerun(const std::string& scan_id, const nlohmann::json& stage_options = nlohmann::json::object());
+  // Queues a done or failed scan again. changes: stage name -> options that differ from what the scan was last run
+  // with, null for one that goes back to its default; kept with the job.
+  Result<void> rerun(const std::string& scan_id, const nlohmann::json& changes = nlohmann::json::object());
   // Deletes a scan from the store, and cancels its job before when it has one.
   Result<DeletionReceipt> delete_scan(const std::string& scan_id);
 

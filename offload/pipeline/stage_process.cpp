@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offload/pipeline/stage_process.h"
 
+#include "common/log/log_format.h"
 #include "offload/pipeline/child_pipe.h"
 
 #include <poll.h>
@@ -49,11 +50,20 @@ struct Conversation {
 struct StandardError {
   static constexpr std::size_t kept_bytes = 64 << 10;
   std::string kept;
+  std::string begun;  // a line that has not ended yet
 
+  // By whole lines, so that those of several stages do not mix.
   void hear(const std::string& text) {
-    static_cast<void>(std::fwrite(text.data(), 1, text.size(), stderr));
+    begun += text;
+    for (std::size_t end = begun.find('\n'); end != std::string::npos; end = begun.find('\n')) {
+      hand_on_log_line(std::string_view(begun).substr(0, end));
+      begun.erase(0, end + 1);
+    }
     kept += text;
     if (kept.size() > 2 * kept_bytes) kept.erase(0, kept.size() - kept_bytes);
+  }
+  void end() const {
+    if (!begun.empty()) hand_on_log_line(begun);
   }
 };
 
@@ -102,7 +112,8 @@ std::vector<std::string> worker_command(const Stage& stage, const StageContext& 
           "--threads",      std::to_string(context.threads),
           "--memory-gib",   std::to_string(context.memory_gib),
           "--seed",         std::to_string(context.seed),
-          "--log-level",    std::string(spdlog::level::to_string_view(spdlog::get_level()).data())};
+          "--log-level",    std::string(spdlog::level::to_string_view(spdlog::get_level()).data()),
+          "--log-format",   log_format() == LogFormat::json ? "json" : "text"};
 }
 
 }  // namespace
@@ -158,6 +169,7 @@ tl::expected<StageOutcome, PipelineFailure> run_stage_process(const Stage& stage
     }
   }
 
+  messages.end();
   int status = 0;
   rusage usage{};
   while (::wait4(child, &status, 0, &usage) < 0 && errno == EINTR) {

@@ -9,7 +9,7 @@ namespace gyre {
 
 namespace {
 
-// Times further ahead than this were written before the clock was set back, and do not count.
+// Ends of leases further ahead than this were written before the clock was set back, and do not count.
 constexpr std::chrono::milliseconds clock_jump = std::chrono::hours(24);
 
 constexpr const char* select_job = "SELECT scan, phase, reason, options, tries, not_before, lease FROM jobs ";
@@ -58,12 +58,14 @@ Result<void> Store::queue_job(const std::string& scan_id) {
              std::string_view(scan_id));
 }
 
-Result<void> Store::retry_job(const std::string& scan_id, const std::string& options) {
+Result<void> Store::retry_job(const std::string& scan_id, const std::string& changes) {
   const std::lock_guard guard(mutex_);
   if (const Result<StorePhase> next = step(scan_id, ScanEvent::retried); !next) return tl::unexpected(next.error());
-  return run(*database_,
-             "UPDATE jobs SET phase = 'queued', reason = '', tries = 0, not_before = 0, options = ? WHERE scan = ?",
-             std::string_view(options), std::string_view(scan_id));
+  return run(
+      *database_,
+      "UPDATE jobs SET phase = 'queued', reason = '', tries = 0, not_before = 0, options = json_patch(options, ?) "
+      "WHERE scan = ?",
+      std::string_view(changes), std::string_view(scan_id));
 }
 
 Result<std::optional<StoredJob>> Store::take_job(WallTime now, std::chrono::milliseconds lease,
@@ -78,7 +80,7 @@ Result<std::optional<StoredJob>> Store::take_job(WallTime now, std::chrono::mill
             "(SELECT COUNT(*) FROM jobs AS j JOIN scans AS s ON "
             "s.id = j.scan WHERE j.phase = 'running' AND s.device_key = scans.device_key), jobs.scan LIMIT 1) "
             "RETURNING scan",
-            milliseconds_of(now + lease), milliseconds_of(now), clock_jump.count(),
+            milliseconds_of(now + lease), milliseconds_of(now), longest_retry_wait.count(),
             std::string_view(nlohmann::json(except).dump()));
   if (!taken) return tl::unexpected(taken.error());
   if (!*taken) return std::optional<StoredJob>();

@@ -133,8 +133,14 @@ Result<void> Store::open_scan(const Scan& scan, const std::string& device_key, c
   const auto gone = first(*database_, "SELECT at FROM deleted WHERE scan = ?", std::string_view(scan.id));
   if (!gone) return tl::unexpected(gone.error());
   if (*gone) return fail("the scan was deleted here on " + **gone, scan.id, "it does not come back by itself");
+  const auto phase = first(*database_, "SELECT phase FROM jobs WHERE scan = ?", std::string_view(scan.id));
+  if (!phase) return tl::unexpected(phase.error());
   std::error_code error;
-  fs::create_directories(incoming(scan.id), error);
+  if (*phase) {
+    fs::remove_all(incoming(scan.id), error);  // all of it has come; a crash may have left some
+  } else {
+    fs::create_directories(incoming(scan.id), error);
+  }
   if (error)
     return fail("cannot create a folder in the store", incoming(scan.id).string() + " (" + error.message() + ")");
   if (*owner && fs::exists(bundle(scan.id).frames())) return {};

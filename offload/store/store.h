@@ -27,6 +27,9 @@ inline WallTime wall_time_now() {
   return std::chrono::time_point_cast<std::chrono::milliseconds>(std::chrono::system_clock::now());
 }
 
+// No job is put back for longer; a wait that would last longer was written before the clock was set back, and is over.
+constexpr std::chrono::milliseconds longest_retry_wait = std::chrono::minutes(10);
+
 struct StoredFile {
   std::string name;  // relative to the bundle
   std::uint64_t size = 0;
@@ -42,6 +45,7 @@ struct StoredScan {
   std::string reason;      // why the job failed
   bool delivered = false;  // the device has all results
   WallTime delivered_at{};
+  bool operator==(const StoredScan&) const = default;
 };
 
 struct StoredJob {
@@ -109,15 +113,15 @@ class Store {
   Result<bool> renew_lease(const std::string& scan_id, std::int64_t lease, WallTime until);
   // Queues the jobs again whose lease was not renewed in time, and names them.
   Result<std::vector<std::string>> take_back_lapsed(WallTime now);
-  // A running job is queued again, to be tried once more from then on.
+  // A running job is queued again, to be tried once more from then on; within longest_retry_wait.
   Result<void> put_back_job(const std::string& scan_id, const std::string& reason, WallTime not_before);
   Result<std::vector<StoredJob>> jobs() const;  // of all scans, oldest first
   Result<void> finish_job(const std::string& scan_id, const std::vector<StoredFile>& results);
   // Of a scan that is still received: its files are no usable bundle. Else: its job failed or was cancelled.
   Result<void> fail_job(const std::string& scan_id, const std::string& reason);
-  // A job that is done or failed is queued again with those options of stages (a JSON object); its results stay until
-  // it has others.
-  Result<void> retry_job(const std::string& scan_id, const std::string& options = "{}");
+  // A job that is done or failed is queued again. changes: to its options of stages, a merge patch (RFC 7396). Its
+  // results stay until it has others.
+  Result<void> retry_job(const std::string& scan_id, const std::string& changes = "{}");
   Result<std::vector<StoredFile>> results(const std::string& scan_id) const;  // by name
   Result<void> set_delivered(const std::string& scan_id, WallTime now = wall_time_now());
 

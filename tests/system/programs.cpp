@@ -64,6 +64,10 @@ Running::~Running() {
   kill_hard();
 }
 
+void Running::signal(int number) const {
+  if (pid_ >= 0) ::kill(pid_, number);
+}
+
 void Running::kill_hard() {
   if (pid_ < 0) return;
   ::kill(pid_, SIGKILL);

@@ -27,6 +27,7 @@ class Running {
   Running& operator=(const Running&) = delete;
   ~Running();
 
+  void signal(int number) const;
   void kill_hard();  // SIGKILL and wait
   int stop();        // SIGTERM and wait; the exit code
   bool ended();      // without waiting

@@ -5,7 +5,9 @@
 #include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
+#include <httplib.h>
 #include <chrono>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
 
@@ -35,16 +37,60 @@ class RunTest : public testing::Test {
 };
 
 TEST_F(RunTest, StopsWhenItIsToldTo) {
-  Running rig("gyre-device", {"run", "--camera", "replay:" + pictures().string(), "--spool", at("spool")},
+  Running rig("gyre-device",
+              {"run", "--camera", "replay:" + pictures().string(), "--spool", at("spool"), "--page", "off"},
               folder_.path() / "out", folder_.path() / "log");
   wait_for_log("waiting for the button", rig);
   EXPECT_EQ(rig.stop(), 0) << log();
 }
 
+// What its page shows and does reaches the session and comes back.
+TEST_F(RunTest, AScanIsTakenFromItsPage) {
+  Running rig("gyre-device",
+              {"run", "--camera", "replay:" + pictures().string(), "--spool", at("spool"), "--page", "127.0.0.1:0"},
+              folder_.path() / "out", folder_.path() / "log");
+  wait_for_log("waiting for the button", rig);
+  const std::string said = log(), before = "page is on ";
+  const std::size_t begin = said.find(before) + before.size();
+  ASSERT_GE(begin, before.size()) << said;
+  httplib::Client page(said.substr(begin, said.find_last_of('/', said.find('\n', begin)) - begin));
+  page.set_default_headers({{"X-Gyre", "1"}});
+  const auto state_is = [&](const std::string& wanted) {
+    for (std::string state; state != wanted;) {
+      const auto status = page.Get("/api/status");
+      if (!status || rig.ended()) return false;
+      state = nlohmann::json::parse(status->body).value("state", "");
+    }
+    return true;
+  };
+  const auto command = [&](const std::string& name) {
+    const auto answer = page.Post("/api/commands", nlohmann::json{{"command", name}}.dump(), "application/json");
+    return answer ? answer->status : 0;
+  };
+  ASSERT_TRUE(state_is("idle")) << log();
+  EXPECT_EQ(page.Get("/health")->status, 200);
+  EXPECT_NE(page.Get("/metrics")->body.find("# TYPE"), std::string::npos);
+  EXPECT_EQ(page.Get("/api/preview.jpg")->status, 200);
+  EXPECT_EQ(command("dance"), 400);
+  EXPECT_EQ(command("start"), 200);
+  ASSERT_TRUE(state_is("pass")) << log();
+  EXPECT_EQ(command("stop"), 200);
+  ASSERT_TRUE(state_is("between_passes")) << log();
+  EXPECT_EQ(rig.stop(), 0) << log();
+  // The next start goes on with it.
+  Running again("gyre-device",
+                {"run", "--camera", "replay:" + pictures().string(), "--spool", at("spool"), "--page", "off"},
+                folder_.path() / "out", folder_.path() / "again");
+  const auto said_again = [&] { return read_file(folder_.path() / "again").value_or(""); };
+  while (said_again().find("goes on") == std::string::npos) ASSERT_FALSE(again.ended()) << said_again();
+  EXPECT_EQ(again.stop(), 0);
+}
+
 TEST_F(RunTest, GoesOnWithoutItsPanel) {
-  ASSERT_TRUE(write_file(folder_.path() / "rig.toml",
-                         "[run]\ncamera = \"replay:" + pictures().string() + "\"\nspool = \"" + at("spool") +
-                             "\"\n[panel]\nbutton = \"GYRE_NO_SUCH_BUTTON\"\nred = \"no-such-chip:3\"\n"));
+  ASSERT_TRUE(write_file(
+      folder_.path() / "rig.toml",
+      "[run]\ncamera = \"replay:" + pictures().string() + "\"\nspool = \"" + at("spool") +
+          "\"\npage = \"127.0.0.1:0\"\n[panel]\nbutton = \"GYRE_NO_SUCH_BUTTON\"\nred = \"no-such-chip:3\"\n"));
   Running rig("gyre-device", {"--config", at("rig.toml"), "run"}, folder_.path() / "out", folder_.path() / "log");
   wait_for_log("waiting for the button", rig);
   EXPECT_NE(log().find("going on without it"), std::string::npos) << log();

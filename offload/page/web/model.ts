@@ -15,7 +15,14 @@ export interface ScanRow {
   stage: string; // the one at work
   fraction: number;
   text: string;
+  device_text: string; // what its device says while it records; "" when nothing
+  coverage: Coverage | null; // what it has seen so far
   files: string[]; // results that can be downloaded
+}
+
+export interface Coverage {
+  pass: string;
+  bands: { name: string; share: number; cells: number[] }[]; // cells: 0 not seen to 255, by azimuth
 }
 
 export interface StageView {
@@ -62,7 +69,13 @@ export function describe(scan: ScanRow): string {
   if ((scan.phase === "running" || scan.phase === "importing") && scan.stage) {
     return scan.text ? `${scan.stage}: ${scan.text}` : scan.stage;
   }
+  if (scan.phase === "receiving") return [phases.receiving, scan.device_text, seen(scan)].filter(Boolean).join(" · ");
   return phases[scan.phase];
+}
+
+function seen(scan: ScanRow): string {
+  const bands = scan.coverage?.bands.filter((band) => band.share > 0) ?? [];
+  return bands.map((band) => `${band.name} ${Math.round(100 * band.share)} %`).join(", ");
 }
 
 export function when(created: string): string {

@@ -11,6 +11,7 @@
 #include <httplib.h>
 #include <sys/socket.h>
 #include <unistd.h>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 namespace gyre {
@@ -67,6 +68,17 @@ class HttpServerTest : public ::testing::Test {
     server_->get_public("/health", [](const HttpRequest&) { return plain("ok"); });
     ASSERT_TRUE(server_->start());
     client_ = std::make_unique<httplib::Client>("127.0.0.1", server_->port());
+  }
+
+  // A connection made by hand.
+  int connection() const {
+    const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(server_->port()));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+    return fd;
   }
 
   static constexpr std::array<PageFile, 2> files_ = {PageFile{"/index.html", "text/html; charset=utf-8", "<p>page</p>"},
@@ -140,12 +152,7 @@ TEST_F(HttpServerTest, TakesNoBodyOfARefusedRequestForTheNextRequest) {
   const std::string inner = "DELETE /thing HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Gyre: 1\r\nContent-Length: 0\r\n\r\n";
   const std::string outer = "POST /echo HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: text/plain\r\nContent-Length: " +
                             std::to_string(inner.size()) + "\r\n\r\n" + inner;
-  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(server_->port()));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  ASSERT_EQ(::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+  const int fd = connection();
   ASSERT_EQ(::send(fd, outer.data(), outer.size(), 0), static_cast<ssize_t>(outer.size()));
   std::string answers;
   std::array<char, 4096> block{};
@@ -219,6 +226,23 @@ TEST_F(HttpServerTest, StreamsEventsUntilItStops) {
   std::thread watcher([&] { client_->Get("/events", [](const char*, std::size_t) { return true; }); });
   server_->stop();
   watcher.join();
+}
+
+// One that never ends its request, and one that never ends its upload; no keep-alive runs out for them.
+TEST_F(HttpServerTest, StopsWhatsoeverItsPeersHaveBegun) {
+  std::vector<int> peers;
+  for (const char* begun :
+       {"GET / HTT", "PUT /upload HTTP/1.1\r\nHost: localhost\r\nX-Gyre: 1\r\nContent-Length: 9\r\n\r\nhalf"}) {
+    peers.push_back(connection());
+    ASSERT_GT(::send(peers.back(), begun, std::strlen(begun), 0), 0);
+  }
+  server_->stop();
+  for (const int peer : peers) {
+    std::array<char, 4096> block{};
+    while (::recv(peer, block.data(), block.size(), 0) > 0) {
+    }
+    ::close(peer);
+  }
 }
 
 TEST_F(HttpServerTest, SaysWhenItsPortIsTaken) {

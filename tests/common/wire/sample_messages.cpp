@@ -10,8 +10,8 @@ std::vector<Message> sample_messages() {
   const FileEntry picture{"frames/body-000012.jpg", 1000, hash};
   const FileEntry avatar{"avatar.glb", 5, hash};
   return {
-      Hello{1, 3, "rig in the cellar"},
-      Welcome{1, 0},
+      Hello{1, 3, "rig in the cellar", {"status", "what comes later"}, 20'000},
+      Welcome{1, 0, {"status", "coverage"}, 60'000},
       Refused{"for a reason", true},
       Ping{},
       Pong{},
@@ -34,6 +34,9 @@ std::vector<Message> sample_messages() {
       PairAnswer{public_key, std::string(32, '\0')},
       PairProof{std::string(64, '\x80')},
       PairDone{std::string(64, '\x7f')},
+      DeviceStatus{"recording", "walk on to the left", scan, 1ULL << 36, 2, 117},
+      DeviceStatus{"ready", "", "", 0, 0, 0},
+      CoveragePreview{scan, "body", {{"body upper", 0.75, std::string("\0\xff\x80", 3)}, {"body lower", 0, ""}}},
   };
 }
 

@@ -100,6 +100,38 @@ TEST(Wire, RefusesAPairingThatIsNone) {
   EXPECT_FALSE(decodes(PairDone{std::string(65, 't')}));
 }
 
+TEST(Wire, RefusesStatusAndCoverageBeyondTheirLimits) {
+  EXPECT_TRUE(decodes(DeviceStatus{"ready", "", "", 0, 0, 0}));
+  EXPECT_FALSE(decodes(DeviceStatus{"ready", "", "../x", 0, 0, 0}));
+  const CoverageBand band{"body upper", 1.0, std::string(max_cells, 'c')};
+  CoveragePreview preview{scan_id, "body", std::vector<CoverageBand>(max_bands, band)};
+  EXPECT_TRUE(decodes(preview));
+  preview.bands[3].cells += 'c';
+  EXPECT_FALSE(decodes(preview));
+  preview.bands[3] = {"body upper", 1.5, ""};
+  EXPECT_FALSE(decodes(preview));
+  preview.bands.assign(max_bands + 1, band);
+  EXPECT_FALSE(decodes(preview));
+  EXPECT_FALSE(decodes(CoveragePreview{"", "body", {}}));
+  Hello hello;
+  hello.capabilities.assign(max_capabilities, "one");
+  EXPECT_TRUE(decodes(hello));
+  hello.capabilities.emplace_back("more");
+  EXPECT_FALSE(decodes(hello));
+}
+
+// What the first version of the protocol sent and understands: field 1 of the envelope is Hello with 1, 0 and a name.
+TEST(Wire, SpeaksWithTheFirstVersion) {
+  const std::string old_hello("\x0a\x07\x08\x01\x1a\x03rig", 9);
+  const Result<Message> hello = decode(old_hello);
+  ASSERT_TRUE(hello);
+  EXPECT_EQ(std::get<Hello>(*hello).device_name, "rig");
+  EXPECT_TRUE(std::get<Hello>(*hello).capabilities.empty());
+  EXPECT_EQ(std::get<Hello>(*hello).deadline_ms, 0U);
+  // And the bytes of a hello that promises nothing are those of before, but for the minor version.
+  EXPECT_EQ(encode(Hello{1, 0, "rig"}), old_hello);
+}
+
 TEST(Wire, LargestMessagesFit) {
   const std::string name = "frames/" + std::string(100, 'p') + "-000001.jpg";
   ScanState state{scan_id, ScanPhase::receiving, std::string(max_text_bytes, 't'), {}};

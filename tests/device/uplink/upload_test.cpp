@@ -29,7 +29,7 @@ class UploadTest : public testing::Test {
   }
   bool idle() { return !upload_.next(now_).value(); }
   void host_holds(std::vector<wire::HeldFile> files, wire::ScanPhase phase = wire::ScanPhase::receiving) {
-    ASSERT_TRUE(upload_.on(wire::ScanState{scan_.id, phase, "reason", std::move(files)}));
+    ASSERT_TRUE(upload_.on(wire::ScanState{scan_.id, phase, "reason", std::move(files)}, now_));
   }
   // Opens the scan at a host that has nothing of it and grants what is asked for.
   void begin(std::uint64_t credit) {
@@ -46,7 +46,7 @@ class UploadTest : public testing::Test {
   const std::unique_ptr<Spool> spool_ = Spool::open(folder_.path()).value();
   const Scan scan_ = small_scan();
   Upload upload_{*spool_};
-  const Pacer::Time now_{std::chrono::hours(1)};
+  Pacer::Time now_{std::chrono::hours(1)};
 };
 
 TEST_F(UploadTest, SendsFilesInChunksAndWaitsForTheirAcknowledgement) {
@@ -170,7 +170,7 @@ TEST_F(UploadTest, AHostAtOddsWithItselfIsAnError) {
     acknowledge(next<wire::FileChunk>());
     acknowledge(next<wire::FileChunk>());
     next<wire::ScanClose>();
-    ended = !upload_.on(wire::ScanState{scan_.id, wire::ScanPhase::receiving, "", {}});
+    ended = !upload_.on(wire::ScanState{scan_.id, wire::ScanPhase::receiving, "", {}}, now_);
   }
   EXPECT_TRUE(ended);
 }
@@ -182,13 +182,26 @@ TEST_F(UploadTest, ARefusedScanDoesNotHoldUpTheNext) {
   const std::string first = next<wire::ScanOpen>().scan;
   const std::string second = next<wire::ScanOpen>().scan;
   EXPECT_NE(first, second);
-  ASSERT_TRUE(upload_.on(wire::ScanState{first, wire::ScanPhase::refused, "not yours", {}}));
-  ASSERT_TRUE(upload_.on(wire::ScanState{second, wire::ScanPhase::receiving, "", {}}));
+  ASSERT_TRUE(upload_.on(wire::ScanState{first, wire::ScanPhase::refused, "not yours", {}}, now_));
+  ASSERT_TRUE(upload_.on(wire::ScanState{second, wire::ScanPhase::receiving, "", {}}, now_));
   upload_.on(wire::Credit{1 << 20}, now_);
   ASSERT_TRUE(spool_->add_file(first, keyframe_name(1), small_keyframe(1, 10)));
   ASSERT_TRUE(spool_->add_file(second, keyframe_name(1), small_keyframe(1, 10)));
   upload_.refresh();
   EXPECT_EQ(next<wire::FileChunk>().scan, second);
+  EXPECT_TRUE(idle());
+}
+
+// A host that had no room may have some later, on the same connection.
+TEST_F(UploadTest, ARefusedScanIsOfferedAgainAfterAWhile) {
+  ASSERT_TRUE(spool_scan(*spool_, scan_, {1}, 1000, 1));
+  EXPECT_EQ(next<wire::ScanOpen>().scan, scan_.id);
+  host_holds({}, wire::ScanPhase::refused);
+  EXPECT_TRUE(idle());
+  now_ += std::chrono::seconds(59);
+  EXPECT_TRUE(idle());
+  now_ += std::chrono::seconds(2);
+  EXPECT_EQ(next<wire::ScanOpen>().scan, scan_.id);
   EXPECT_TRUE(idle());
 }
 

@@ -29,7 +29,7 @@ class DeskTest : public testing::Test {
           sent_[peer].push_back(std::move(message));
           return true;
         },
-        [this](const std::string& scan) { queued_.push_back(scan); });
+        [this](const std::string& scan) { queued_.push_back(scan); }, board_);
   }
   void say(const std::string& peer, const wire::Message& message) {
     desk_->receive(peer, "key of " + peer.substr(0, 1), wire::encode(message));
@@ -56,6 +56,7 @@ class DeskTest : public testing::Test {
 
   TemporaryFolder folder_;
   std::unique_ptr<Store> store_;
+  LinkBoard board_;
   std::unique_ptr<Desk> desk_;
   std::map<std::string, std::vector<wire::Message>> sent_;
   std::vector<std::string> queued_;
@@ -243,6 +244,64 @@ TEST_F(DeskTest, TheSameDeviceOnANewConnectionEndsTheOld) {
   EXPECT_TRUE(heard<wire::Refused>("a-first"));
   say("a-second", wire::Ping{});
   EXPECT_TRUE(heard<wire::Pong>("a-second"));
+}
+
+TEST_F(DeskTest, KeepsTheLastThatADeviceTellsOfItself) {
+  say("a", wire::Hello{wire::protocol_major, 1, "rig-a", {"status"}, 0});
+  const auto welcome = heard<wire::Welcome>("a");
+  ASSERT_TRUE(welcome);
+  EXPECT_TRUE(wire::has(welcome->capabilities, wire::takes_status));
+  EXPECT_TRUE(wire::has(welcome->capabilities, wire::takes_coverage));
+  EXPECT_EQ(welcome->deadline_ms, 60'000U);
+  say("a", wire::CoveragePreview{scan_.id, "body", {{"body upper", 0.25, "c"}}});
+  EXPECT_FALSE(board_.device("key of a")->coverage);  // its scan is not open
+  open("a", scan_);
+  say("a", wire::DeviceStatus{"ready", "", "", 1, 0, 0});
+  say("a", wire::DeviceStatus{"recording", "walk on", scan_.id, 1 << 30, 1, 12});
+  say("a", wire::CoveragePreview{scan_.id, "body", {{"body upper", 0.5, "cc"}}});
+  const std::optional<DeviceView> device = board_.device("key of a");
+  ASSERT_TRUE(device && device->status && device->coverage);
+  EXPECT_TRUE(device->connected);
+  EXPECT_EQ(device->name, "rig-a");
+  EXPECT_EQ(device->capabilities, wire::Capabilities{"status"});
+  EXPECT_EQ(device->status->state, "recording");
+  EXPECT_EQ(device->status->waiting_files, 12U);
+  EXPECT_EQ(device->coverage->bands.at(0).cells, "cc");
+  EXPECT_FALSE(heard<wire::Refused>("a"));
+  shut_out_.insert("key of a");
+  say("a", wire::Ping{});
+  EXPECT_FALSE(board_.device("key of a"));
+}
+
+TEST_F(DeskTest, ADeviceIsGoneAfterTheSilenceItAnnounced) {
+  say("a", wire::Hello{wire::protocol_major, 1, "a", {}, 1});
+  greet("b");
+  EXPECT_TRUE(board_.device("key of a")->connected);
+  ASSERT_TRUE(eventually([&] {
+    desk_->forget_gone();
+    return !board_.device("key of a")->connected;
+  }));
+  EXPECT_TRUE(board_.device("key of b")->connected);
+}
+
+TEST_F(DeskTest, CountsWhatCameAndWhoWasTurnedAway) {
+  greet("a");
+  open("a", scan_);
+  say("a", chunk_of(scan_.id, name_, content_, 0, 2000));
+  say("a", chunk_of(scan_.id, "frames.jsonl", content_, 1000, 1000));
+  greet("a");
+  greet("b");
+  desk_->receive("b", "key of b", "\xff");
+  say("c", wire::Hello{wire::protocol_major + 1, 0, "c"});
+  const LinkCounts& counts = board_.counts;
+  EXPECT_EQ(counts.connections, 3U);
+  EXPECT_EQ(counts.reconnects, 1U);
+  EXPECT_EQ(counts.received_bytes, 3000U);
+  EXPECT_EQ(counts.received_files, 1U);
+  EXPECT_EQ(counts.received_frames, 1U);
+  EXPECT_EQ(counts.resumed_files, 1U);
+  EXPECT_EQ(counts.refusals[static_cast<std::size_t>(RefusalKind::malformed)], 1U);
+  EXPECT_EQ(counts.refusals[static_cast<std::size_t>(RefusalKind::protocol)], 1U);
 }
 
 class DeskClose : public DeskTest {

@@ -62,7 +62,7 @@ class FilePhase : public testing::Test {
  protected:
   void SetUp() override {
     store_ = Store::open(folder_.path()).value();
-    receiver_ = std::make_unique<Receiver>(*store_, 1 << 20);
+    receiver_ = std::make_unique<Receiver>(*store_, 1 << 20, counts_);
     ASSERT_TRUE(store_->open_scan(scan_, "key", "rig"));
   }
   std::optional<wire::Message> send(std::uint64_t offset, std::string data) {
@@ -120,6 +120,7 @@ class FilePhase : public testing::Test {
 
   TemporaryFolder folder_;
   std::unique_ptr<Store> store_;
+  LinkCounts counts_;
   std::unique_ptr<Receiver> receiver_;
   const Scan scan_ = small_scan();
   const std::string name_ = keyframe_name(1);
@@ -132,7 +133,7 @@ TEST_F(FilePhase, EveryEventInEveryPhaseLeadsWhereTheTableSays) {
       SCOPED_TRACE(std::to_string(static_cast<int>(from)) + " + " + std::to_string(static_cast<int>(event)));
       ASSERT_TRUE(receiver_->discard({scan_.id, name_}));
       remove_parts();
-      receiver_ = std::make_unique<Receiver>(*store_, 1 << 20);
+      receiver_ = std::make_unique<Receiver>(*store_, 1 << 20, counts_);
       bring_to(from);
       ASSERT_EQ(phase(), from);
       make_happen(event);

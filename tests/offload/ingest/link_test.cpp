@@ -2,6 +2,7 @@
 // Device and host over a real socket, when nothing goes wrong.
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/sha256.h"
+#include "device/uplink/link_metrics.h"
 #include "tests/offload/ingest/link_support.h"
 
 #include <gtest/gtest.h>
@@ -116,6 +117,39 @@ TEST_F(Link, AHostThatLostItsStoreGetsEverythingAgain) {
   ASSERT_TRUE(eventually([&] { return host_.queued().size() == 2; }));
   host_.run_jobs();
   ASSERT_TRUE(device_.uplink().wait_for_result(scan.id, patience));
+}
+
+TEST_F(Link, TheHostIsToldHowTheDeviceIsAndBothCount) {
+  const Scan scan = small_scan();
+  ASSERT_TRUE(device_.spool().open_scan(scan));
+  device_.uplink().tell("recording", "walk on to the left", scan.id);
+  device_.uplink().tell({scan.id, "body", {{"body upper", 0.5, std::string("\xff\0", 2)}}});
+  const auto seen = [&] { return host_.server().board().device(device_.options().keys.public_key); };
+  ASSERT_TRUE(eventually([&] { return seen() && seen()->status && seen()->status->text == "walk on to the left"; }));
+  EXPECT_TRUE(seen()->connected);
+  EXPECT_EQ(seen()->status->scan, scan.id);
+  EXPECT_GT(seen()->status->free_bytes, 0U);
+  // A preview that came before its scan was opened was not taken; there is always a next one.
+  ASSERT_TRUE(eventually([&] {
+    device_.uplink().tell({scan.id, "body", {{"body upper", 0.5, std::string("\xff\0", 2)}}});
+    return seen()->coverage.has_value();
+  }));
+  EXPECT_EQ(seen()->coverage->bands.at(0).share, 0.5);
+
+  ASSERT_TRUE(device_.spool().add_file(scan.id, keyframe_name(1), small_keyframe(1, 5000)));
+  ASSERT_TRUE(device_.spool().close_scan(scan, small_records(2, {1})));
+  ASSERT_TRUE(eventually([&] { return device_.spool().phase(scan.id) == SpoolPhase::acknowledged; }));
+  const LinkCounts& counts = host_.server().board().counts;
+  EXPECT_EQ(counts.received_frames, 1U);
+  EXPECT_EQ(counts.received_files, 3U);
+  Metrics metrics;
+  add_link_metrics(metrics, device_.spool(), &device_.uplink());
+  const std::string told = metrics.expose();
+  for (const char* line :
+       {"gyre_uplink_connected 1\n", "gyre_uplink_connections_total 1\n", "gyre_spooled_frames_total 1\n",
+        "gyre_acknowledged_files_total 3\n", "gyre_spool_waiting_files 0\n"}) {
+    EXPECT_NE(told.find(line), std::string::npos) << line << told;
+  }
 }
 
 TEST_F(Link, SeveralDevicesAndScansAtOnce) {

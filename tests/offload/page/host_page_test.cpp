@@ -44,6 +44,7 @@ class HostPageTest : public ::testing::Test {
       if (!receipt) return tl::unexpected(receipt.error());
       return {};
     };
+    actions.devices = [this] { return std::vector{device_}; };
     Stage stage;
     stage.name = "texture";
     stage.options = {{"size", 4096}, {"network", ""}};
@@ -93,6 +94,7 @@ class HostPageTest : public ::testing::Test {
 
   TemporaryFolder folder_;
   const std::string scan_ = new_ulid();
+  DeviceView device_{"a key", "rig-1", true, "2026-01-01T00:00:00Z", {}, {}, {}};
   std::unique_ptr<Store> store_;
   std::promise<std::string> queued_;
   std::pair<std::string, json> rerun_;
@@ -116,6 +118,25 @@ TEST_F(HostPageTest, ListsScansAndWhatIsDoneToThem) {
   EXPECT_EQ(view.at("warnings"), json({"the left hand was not seen."}));
   EXPECT_EQ(view.at("stages")[0].at("options"), json({{"size", 4096}}));
   EXPECT_EQ(client_->Get("/api/scans/" + new_ulid())->status, 404);
+}
+
+TEST_F(HostPageTest, ShowsWhatDevicesTellOfThemselvesAndOfTheScanTheyRecord) {
+  EXPECT_EQ(get("/api/scans")[0].at("device_text"), "");
+  EXPECT_TRUE(get("/api/devices")[0].at("status").is_null());
+  device_.status = wire::DeviceStatus{"recording", "walk on", scan_, 1000, 1, 7};
+  device_.coverage = wire::CoveragePreview{scan_, "body", {{"body upper", 0.5, std::string("\xff\0", 2)}}};
+  const json row = get("/api/scans")[0];
+  EXPECT_EQ(row.at("device_text"), "walk on");
+  EXPECT_EQ(row.at("coverage").at("bands")[0].at("cells"), json({255, 0}));
+  const json told = get("/api/devices")[0];
+  EXPECT_EQ(told.at("name"), "rig-1");
+  EXPECT_EQ(told.at("status").at("waiting_files"), 7);
+  EXPECT_EQ(told.at("coverage").at("scan"), scan_);
+  device_.connected = false;
+  EXPECT_EQ(get("/api/scans")[0].at("device_text"), "the device is out of reach");
+  device_.key = "another key";  // may say what it likes
+  EXPECT_EQ(get("/api/scans")[0].at("device_text"), "");
+  EXPECT_TRUE(get("/api/scans")[0].at("coverage").is_null());
 }
 
 TEST_F(HostPageTest, HandsOutWhatItKnowsAndNothingElse) {

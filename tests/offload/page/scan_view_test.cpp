@@ -20,12 +20,13 @@ TEST(StageOptions, AreTakenWhenTheyFit) {
   EXPECT_TRUE(check_page_options(json::object(), stages()));
   EXPECT_TRUE(check_page_options({{"texture", {{"size", 1024}, {"blend", false}, {"kind", "jpeg"}}}}, stages()));
   EXPECT_TRUE(check_page_options({{"texture", {{"size", 1024.0}}}}, stages()));
+  EXPECT_TRUE(check_page_options({{"texture", {{"kind", nullptr}}}}, stages()));  // back to the default
 }
 
 TEST(StageOptions, ThatDoNotFitAreRefused) {
-  for (const json& options : {json::array(), json{{"shape", json::object()}}, json{{"texture", 1}},
-                              json{{"texture", {{"unknown", 1}}}}, json{{"texture", {{"size", "big"}}}},
-                              json{{"texture", {{"blend", 1}}}}, json{{"texture", {{"kind", nullptr}}}}}) {
+  for (const json& options :
+       {json::array(), json{{"shape", json::object()}}, json{{"texture", 1}}, json{{"texture", {{"unknown", 1}}}},
+        json{{"texture", {{"size", "big"}}}}, json{{"texture", {{"blend", 1}}}}}) {
     EXPECT_FALSE(check_page_options(options, stages())) << options;
   }
 }

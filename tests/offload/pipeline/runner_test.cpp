@@ -29,6 +29,7 @@ class ScriptedExecutor : public Executor {
   std::vector<FailureCause> failures;  // of the first tries
   std::atomic<bool> hold{false};       // works until told to end or to go on
   std::atomic<bool> deaf{false};       // and does not ask
+  std::atomic<int> asked{0};           // times it was told to go on
 
   ScanOutcome run(const std::vector<Stage>& stages, const ScanWork& work, const PipelineProgress& progress,
                   const Ask& ask) override {
@@ -40,13 +41,13 @@ class ScriptedExecutor : public Executor {
     }
     progress(stages.at(0).name, 0.5, "half way");
     Order order = Order::go_on;
-    while (hold && (deaf || (order = ask()) == Order::go_on)) std::this_thread::yield();
+    for (; hold && (deaf || (order = ask()) == Order::go_on); ++asked) std::this_thread::yield();
     const std::scoped_lock lock(mutex_);
     --now_;
     if (order != Order::go_on) return tl::unexpected(failure_of(FailureCause::cancelled));
     const std::size_t tries = tries_[work.scan]++;
     if (tries < failures.size()) return tl::unexpected(failure_of(failures[tries]));
-    return std::vector<StageReport>();
+    return std::vector<StageReport>{{"work", false, 2.5, 2.0, 10.0}, {"before", true, 7.0, 7.0, 10.0}};
   }
   std::vector<std::string> begun() const {
     const std::scoped_lock lock(mutex_);
@@ -177,12 +178,27 @@ TEST_F(RunnerTest, WhatTheStageSaysItselfIsNotTriedAgain) {
   EXPECT_EQ(executor_.begun().size(), 1U);
 }
 
+TEST_F(RunnerTest, CountsWhatItDid) {
+  executor_.failures = {FailureCause::crash};
+  const std::string scan = queue_scan();
+  start();
+  EXPECT_TRUE(reaches(scan, StorePhase::done));
+  ASSERT_TRUE(eventually([&] { return runner_->tally().finished == 1; }));
+  const RunnerTally tally = runner_->tally();
+  EXPECT_EQ(tally.retries, (std::map<std::string, std::uint64_t>{{"crash", 1}}));
+  EXPECT_EQ(tally.failed, 0U);
+  EXPECT_EQ(tally.stage_runs, (std::map<std::string, std::uint64_t>{{"work", 1}}));
+  EXPECT_EQ(tally.stage_seconds, (std::map<std::string, double>{{"work", 2.5}}));
+}
+
 TEST(RetryWait, IsBoundedAndDependsOnTheCause) {
   const RunnerOptions options;
   EXPECT_EQ(retry_wait(options, FailureCause::crash, 1), std::chrono::seconds(10));
   EXPECT_EQ(retry_wait(options, FailureCause::lost, 3), std::chrono::minutes(5));
   EXPECT_FALSE(retry_wait(options, FailureCause::memory, 4));
   EXPECT_FALSE(retry_wait(options, FailureCause::stage, 1));
+  EXPECT_EQ(retry_wait(options, FailureCause::space, 1), std::chrono::seconds(10));
+  EXPECT_EQ(retry_wait(options, FailureCause::space, 1000), std::chrono::minutes(5));
   EXPECT_FALSE(retry_wait(options, FailureCause::cancelled, 1));
 }
 
@@ -207,8 +223,13 @@ TEST_F(RunnerTest, RunningAndQueuedScansAreCancelledAndRunAgainWithOtherOptions)
   ASSERT_TRUE(runner_->rerun(running, {{"work", {{"grain", 7}}}}));
   EXPECT_TRUE(reaches(running, StorePhase::done));
   EXPECT_EQ(executor_.options(), (json{{"work", {{"grain", 7}}}}));
+  // What was asked for before stays until it is taken back.
   ASSERT_TRUE(runner_->rerun(running));
   EXPECT_TRUE(reaches(running, StorePhase::done));
+  EXPECT_EQ(executor_.options(), (json{{"work", {{"grain", 7}}}}));
+  ASSERT_TRUE(runner_->rerun(running, {{"work", {{"grain", nullptr}}}}));
+  EXPECT_TRUE(reaches(running, StorePhase::done));
+  EXPECT_EQ(executor_.options(), (json{{"work", {{"grain", 5}}}}));
 }
 
 TEST_F(RunnerTest, AScanInWorkIsDeleted) {
@@ -248,15 +269,15 @@ TEST_F(RunnerTest, AHeartbeatKeepsALeaseAndItsLackGivesTheJobToAnother) {
   for (int i = 0; i < 8; ++i) {
     later_ms_ += static_cast<int>(options_.lease.count() / 4) + 1;
     runner_->wake();
-    ASSERT_TRUE(eventually([&] {
-      return store_->renew_lease(scan, lease, wall_time_now() + milliseconds(later_ms_) + options_.lease).value();
-    }));
+    // The first may have begun before the step.
+    ASSERT_TRUE(eventually([&, before = executor_.asked.load()] { return executor_.asked >= before + 2; }));
   }
+  EXPECT_EQ(store_->jobs()->at(0).lease, lease);
   EXPECT_EQ(store_->jobs()->at(0).tries, 1);
   // It falls silent: the job is queued again, and what the old thread makes of it does not count.
   executor_.deaf = true;
-  later_ms_ += 3 * static_cast<int>(options_.lease.count());
   ASSERT_TRUE(eventually([&] {
+    later_ms_ += static_cast<int>(options_.lease.count()) / 8;
     runner_->wake();
     return store_->jobs()->at(0).phase == StorePhase::queued;
   }));
