@@ -25,6 +25,7 @@ std::string jpeg_of(const cv::Mat& image) {
 
 void LatestPicture::set(const cv::Mat& image) {
   const std::scoped_lock lock(mutex_);
+  if (image.data == image_.data) return;
   image_ = image;
   ++number_;
   set_at_ = Clock::now();

@@ -24,7 +24,8 @@ class LatestPicture {
     std::string jpeg;
   };
 
-  // Takes the place of the one before; costs nothing but that. image: 8-bit BGR, that nobody writes to any more.
+  // Takes the place of the one before; costs nothing but that. The very same once more is no new one: a camera that is
+  // silent shows nothing. image: 8-bit BGR, that nobody writes to any more.
   void set(const cv::Mat& image);
 
   // Waits for a picture with another number than `seen` (0: none was seen) that is not older than half a second;

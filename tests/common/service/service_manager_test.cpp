@@ -2,7 +2,6 @@
 // Against a real socket, as the service manager has one.
 #include "common/service/service_manager.h"
 
-#include "common/service/service_report.h"
 #include "tests/temporary_folder.h"
 
 #include <fcntl.h>
@@ -129,26 +128,6 @@ TEST_F(ServiceManagerTest, ThatDoesNotReadHoldsNobodyUp) {
   while (manager.heard() != "nothing") {
   }
   EXPECT_TRUE(told->alive());
-}
-
-TEST_F(ServiceManagerTest, HearsOfALoopThatGoesRound) {
-  const Manager heard(path_);
-  ::setenv("NOTIFY_SOCKET", path_.c_str(), 1);
-  ::setenv("WATCHDOG_USEC", "20000000", 1);
-  const Result<ServiceManager> told = ServiceManager::from_environment();
-  ASSERT_TRUE(told);
-  ServiceReport report(*told);
-  const ServiceReport::Clock::time_point start{};
-  report.beat("waits", start);
-  EXPECT_EQ(heard.heard(), "READY=1");
-  EXPECT_EQ(heard.heard(), "STATUS=waits");
-  EXPECT_EQ(heard.heard(), "WATCHDOG=1");
-  report.beat("waits", start + 4999ms);
-  EXPECT_EQ(heard.heard(), "nothing");
-  report.beat("records", start + 5s);
-  EXPECT_EQ(heard.heard(), "STATUS=records");
-  EXPECT_EQ(heard.heard(), "WATCHDOG=1");
-  EXPECT_EQ(heard.heard(), "nothing");
 }
 
 }  // namespace
