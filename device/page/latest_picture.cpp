@@ -35,8 +35,10 @@ void LatestPicture::set(const cv::Mat& image) {
 std::optional<LatestPicture::Sent> LatestPicture::wait(std::uint64_t seen, std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
   ++waiting_;
+  const std::uint64_t at_first = number_;
   const bool came = changed_.wait_for(lock, timeout, [&] {
-    return closed_ || (!image_.empty() && number_ != seen && Clock::now() - set_at_ < too_old);
+    const bool is_fresh = number_ != at_first || Clock::now() - set_at_ < too_old;
+    return closed_ || (!image_.empty() && number_ != seen && is_fresh);
   });
   --waiting_;
   if (!came || closed_) return std::nullopt;

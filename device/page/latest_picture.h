@@ -28,8 +28,9 @@ class LatestPicture {
   // silent shows nothing. image: 8-bit BGR, that nobody writes to any more.
   void set(const cv::Mat& image);
 
-  // Waits for a picture with another number than `seen` (0: none was seen) that is not older than half a second;
-  // nothing after `timeout` or close(). It is reduced and compressed here, on the thread of who wants it.
+  // A picture with another number than `seen` (0: none was seen): the one that is there unless it is older than half a
+  // second, else the next; nothing after `timeout` or close(). It is reduced and compressed here, on the thread of who
+  // wants it.
   std::optional<Sent> wait(std::uint64_t seen, std::chrono::milliseconds timeout);
 
   // How many wait for a picture that is not there yet.
