@@ -25,6 +25,7 @@ std::string jpeg_of(const cv::Mat& image) {
 
 void LatestPicture::set(const cv::Mat& image) {
   const std::scoped_lock lock(mutex_);
+  if (image.data == image_.data) return;
   image_ = image;
   ++number_;
   set_at_ = Clock::now();
@@ -34,8 +35,10 @@ void LatestPicture::set(const cv::Mat& image) {
 std::optional<LatestPicture::Sent> LatestPicture::wait(std::uint64_t seen, std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
   ++waiting_;
+  const std::uint64_t at_first = number_;
   const bool came = changed_.wait_for(lock, timeout, [&] {
-    return closed_ || (!image_.empty() && number_ != seen && Clock::now() - set_at_ < too_old);
+    const bool is_fresh = number_ != at_first || Clock::now() - set_at_ < too_old;
+    return closed_ || (!image_.empty() && number_ != seen && is_fresh);
   });
   --waiting_;
   if (!came || closed_) return std::nullopt;

@@ -24,11 +24,13 @@ class LatestPicture {
     std::string jpeg;
   };
 
-  // Takes the place of the one before; costs nothing but that. image: 8-bit BGR, that nobody writes to any more.
+  // Takes the place of the one before; costs nothing but that. The very same once more is no new one: a camera that is
+  // silent shows nothing. image: 8-bit BGR, that nobody writes to any more.
   void set(const cv::Mat& image);
 
-  // Waits for a picture with another number than `seen` (0: none was seen) that is not older than half a second;
-  // nothing after `timeout` or close(). It is reduced and compressed here, on the thread of who wants it.
+  // A picture with another number than `seen` (0: none was seen): the one that is there unless it is older than half a
+  // second, else the next; nothing after `timeout` or close(). It is reduced and compressed here, on the thread of who
+  // wants it.
   std::optional<Sent> wait(std::uint64_t seen, std::chrono::milliseconds timeout);
 
   // How many wait for a picture that is not there yet.

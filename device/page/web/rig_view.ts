@@ -45,7 +45,9 @@ export class RigView {
   update(status: Status): void {
     this.signal.className = `signal ${status.signal.colour} ${status.signal.pattern}`;
     this.signal.dataset.state = status.state;
-    if (this.sentence.textContent !== status.signal.sentence) this.sentence.textContent = status.signal.sentence;
+    const { sentence } = status.signal;
+    if (this.sentence.textContent !== sentence) this.sentence.textContent = sentence; // or it would be read out again
+    this.sentence.classList.toggle("long", sentence.length > 48);
     const pass = status.state === "pass" || status.state === "arming" ? `${status.pass} pass: ` : "";
     this.state.textContent = pass + names[status.state];
     this.drawMore(status);

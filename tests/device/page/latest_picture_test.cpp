@@ -48,6 +48,19 @@ TEST(LatestPicture, IsWaitedFor) {
   EXPECT_EQ(picture.waiting(), 0);
 }
 
+TEST(LatestPicture, IsNotNewWhenItIsTheSame) {
+  LatestPicture picture;
+  const cv::Mat image = grey(50);
+  std::optional<LatestPicture::Sent> seen;
+  std::thread viewer([&] { seen = picture.wait(0, long_enough); });
+  while (picture.waiting() == 0) std::this_thread::yield();
+  picture.set(image);
+  viewer.join();
+  ASSERT_TRUE(seen);
+  picture.set(image);
+  EXPECT_FALSE(picture.wait(seen->number, 0ms));
+}
+
 TEST(LatestPicture, IsReducedForTheWay) {
   LatestPicture picture;
   std::thread viewer([&] { EXPECT_EQ(decoded(picture.wait(0, long_enough).value()).size(), cv::Size(360, 640)); });
