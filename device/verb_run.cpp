@@ -3,6 +3,7 @@
 #include "common/log/log.h"
 #include "common/metrics/metrics.h"
 #include "common/service/service_manager.h"
+#include "device/calibration/calibration_file.h"
 #include "device/camera/camera_device.h"
 #include "device/camera/camera_name.h"
 #include "device/host_notices.h"
@@ -119,7 +120,8 @@ Result<std::unique_ptr<DevicePage>> open_page(const RunFlags& given, const Spool
     page.show(status);
     if (const std::optional<Preview> preview = session.preview()) page.preview(preview->image);
   });
-  spdlog::info("the rig's page is on {}", page->url());
+  // Without the token: others may read the log.
+  spdlog::info("the rig's page is on http://{}:{}", http->address, page->port());
   return page;
 }
 
@@ -156,6 +158,12 @@ int run(const RunFlags& given, const PanelOptions& panel_options) {
   options.mode = given.mode;
   options.device = given.link.name;
   if (given.height_mm > 0.0) options.height_mm = given.height_mm;
+  // Only of one camera: the lens belongs to the scan, not to its passes.
+  if (given.head_camera.empty()) {
+    const Result<std::optional<Camera>> lens = read_calibration(cameras_folder(), given.camera);
+    if (!lens) return report_error(lens.error());
+    options.camera = *lens;
+  }
   if (const Result<void> valid = options.check(); !valid) return report_error(valid.error());
 
   // Before anything has threads, so that none of them gets the signals and no child the manager's address.
