@@ -69,7 +69,7 @@ struct Observation {
   std::optional<double> motion;       // mean flow, picture widths a second
   std::optional<bool> is_sharp;
   std::optional<double> subject_motion;  // see CameraMotion, pixels
-  std::optional<double> distance;        // to the subject, against that of the pass's beginning
+  std::optional<double> distance;        // to the subject, against that of the seconds before
   std::optional<double> azimuth_rate;    // radians a second, positive in the direction of the pass
   // Coverage; only the parts of the pass that is on.
   bool is_closed = false;         // the ring the camera is on has been walked all around ...
@@ -88,7 +88,7 @@ struct GuidanceOptions {
   double bright = 0.25, no_longer_bright = 0.18;  // share of white pixels
   double fast = 1.1, no_longer_fast = 0.85;       // widths a second
   double moved = 4.0, no_longer_moved = 3.0;      // pixels
-  double close = 0.7, no_longer_close = 0.78;     // of the distance at the beginning
+  double close = 0.7, no_longer_close = 0.78;     // of the distance before
   double far = 1.45, no_longer_far = 1.32;
   double reversed = 0.12, no_longer_reversed = 0.03;  // radians a second backwards
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/session/observer.h"
 
+#include "common/geometry/quantile.h"
 #include "common/selection/measure.h"
 
 #include <cmath>
@@ -31,6 +32,31 @@ std::optional<double> Observer::azimuth_rate(double time, const OrbitPlace& plac
   return std::copysign(1.0, place.azimuth) * (place.azimuth - way_.front().azimuth) / passed;
 }
 
+// The distance against that of the last seconds. One camera tells no lengths: the unit is carried from view to view and
+// slides on the way, so that the distance at the beginning is no measure after some seconds.
+std::optional<double> Observer::approach(double time, const CameraMotion& camera) {
+  constexpr double span = 4.0;     // seconds
+  constexpr double known = 1.0;    // seconds
+  constexpr double fastest = 1.5;  // change of the logarithm a second that somebody can walk, ...
+  constexpr double noise = 0.05;   // ... and of one measurement
+  if (!camera.known) {
+    distances_.clear();
+    return std::nullopt;
+  }
+  if (!distances_.empty()) {
+    // Faster: other points are taken for the subject.
+    const Distance& last = distances_.back();
+    const double change = std::abs(std::log(camera.subject_distance / last.distance));
+    if (change > fastest * (time - last.time) + noise) distances_.clear();
+  }
+  distances_.push_back({time, camera.subject_distance});
+  while (distances_.front().time < time - span) distances_.pop_front();
+  if (time - distances_.front().time < known) return std::nullopt;
+  std::vector<double> usual;
+  for (const Distance& one : distances_) usual.push_back(one.distance);
+  return camera.subject_distance / median(std::move(usual));
+}
+
 bool Observer::is_complete(Band band, const CoverageMap& map) const {
   if (is_ring(band) && !is_closed_[static_cast<std::size_t>(band)]) return false;
   return map.share(band) >= 1.0;
@@ -46,14 +72,14 @@ Observation Observer::add(const FrameReading& frame, const std::optional<Coverag
   now.motion = frame.motion;
   now.is_sharp = frame.focus.is_sharp;
   now.is_last_pass = is_last_pass_;
-  if (frame.camera.known) {
-    now.subject_motion = frame.camera.subject_motion;
-    now.distance = frame.camera.subject_distance;
-  }
+  if (frame.camera.known) now.subject_motion = frame.camera.subject_motion;
+  now.distance = approach(frame.time, frame.camera);
   if (!place) return now;
 
-  now.azimuth_rate = azimuth_rate(frame.time, place->place);
   if (place->is_closed) is_closed_[static_cast<std::size_t>(place->band)] = true;
+  const std::optional<double> rate = azimuth_rate(frame.time, place->place);
+  // Above and below the head, and once a ring is walked, any way is as good.
+  if (is_ring(place->band) && !is_closed_[static_cast<std::size_t>(place->band)]) now.azimuth_rate = rate;
   now.is_closed = place->is_closed;
   now.has_gap = now.is_closed && !map.gaps(place->band).empty();
   now.is_pass_complete = true;

@@ -27,6 +27,11 @@ class Observer {
     double time = 0.0;
     double azimuth = 0.0;
   };
+  struct Distance {
+    double time = 0.0;
+    double distance = 0.0;
+  };
+  std::optional<double> approach(double time, const CameraMotion& camera);
   std::optional<double> azimuth_rate(double time, const OrbitPlace& place);
   bool is_complete(Band band, const CoverageMap& map) const;
 
@@ -34,6 +39,7 @@ class Observer {
   bool is_last_pass_;
   std::array<bool, all_bands.size()> is_closed_{};  // rings that were walked all around
   std::deque<Way> way_;                             // of the last half second
+  std::deque<Distance> distances_;                  // of the last seconds
 };
 
 // What is known of a frame while nothing is recorded, from its picture alone.

@@ -6,6 +6,8 @@
 #include "common/geometry/pose.h"
 #include "common/video/frame_source.h"
 #include "device/coverage/coverage.h"
+#include "device/guidance/guidance.h"
+#include "device/session/observer.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -69,6 +71,9 @@ Result<void> run(const fs::path& folder, const std::string& pass) {
   double start_height = 0.0, start_elevation = 0.0;
   int frames = 0, right_band = 0, unknown = 0;
   CoverageReading reading;
+  Observer observer(pass, true);
+  Guidance guidance;
+  std::array<int, condition_count> raised{};
   for (;;) {
     const Result<std::optional<Frame>> frame = (*source)->next();
     if (!frame) return tl::unexpected(frame.error());
@@ -105,6 +110,12 @@ Result<void> run(const fs::path& folder, const std::string& pass) {
     const Stopwatch watch;
     reading = coverage.add(read, luma);
     times.coverage += watch.milliseconds();
+
+    read.brightness = cv::mean(luma)[0] / 255.0;
+    read.motion = measure.motion * (*source)->info().fps / luma.cols;
+    const std::optional<CoverageReading> place = pass == "turn" ? std::nullopt : std::optional(reading);
+    guidance.update(observer.add(read, place, coverage.map()));
+    for (std::size_t c = 0; c < condition_count; ++c) raised[c] += guidance.conditions()[c] ? 1 : 0;
 
     const Eigen::Vector3d centre = true_centre(now.at("cam_from_world"));
     const double direction = std::atan2(centre.x(), centre.z());
@@ -164,6 +175,12 @@ Result<void> run(const fs::path& folder, const std::string& pass) {
   line(name, "all_with_dis", (rest + times.dis) / frames, "ms per frame");
   line(name, "keyframes_equal_with_dis", static_cast<double>(both.size()) / static_cast<double>(one->keyframes.size()),
        "share of keyframes");
+  // None of these happens in the captures.
+  for (const Condition condition : {Condition::too_dark, Condition::too_bright, Condition::subject_moved,
+                                    Condition::too_close, Condition::too_far, Condition::direction_reversed}) {
+    const double share = static_cast<double>(raised[static_cast<std::size_t>(condition)]) / frames;
+    line(name, ("false_alarm_" + std::string(name_of(condition))).c_str(), share, "share of frames");
+  }
   if (pass == "turn") return {};
   line(name, "azimuth_error_worst", worst, "degrees");
   line(name, "azimuth_error_at_closure", at_closure, "degrees");

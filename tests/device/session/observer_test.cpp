@@ -2,6 +2,8 @@
 #include "device/session/observer.h"
 
 #include <gtest/gtest.h>
+#include <algorithm>
+#include <cmath>
 #include <opencv2/core.hpp>
 
 namespace gyre {
@@ -48,6 +50,7 @@ TEST(Observer, ABodyPassNeedsBothRings) {
   EXPECT_NEAR(*now.azimuth_rate, 60.0 * M_PI / 180.0, 0.05);
   now = walk.go(362.0, Band::body_upper, true);
   EXPECT_TRUE(now.is_closed);
+  EXPECT_FALSE(now.azimuth_rate);  // the ring is walked, whichever way it goes on
   EXPECT_FALSE(now.has_gap);
   EXPECT_EQ(now.next, Band::body_lower);
   EXPECT_FALSE(now.is_pass_complete);
@@ -112,6 +115,55 @@ TEST(Observer, WhileIdleTheLightIsTold) {
   EXPECT_EQ(dark.overexposed, 0.0);
   EXPECT_FALSE(dark.is_recording);
   EXPECT_EQ(observe_idle(1.0, cv::Mat(90, 160, CV_8UC3, cv::Scalar::all(255))).overexposed, 1.0);
+}
+
+// Distances of frames, 30 a second, as guidance gets them.
+class Steps {
+ public:
+  // Goes to that distance within that time and returns the least and the largest that was observed.
+  std::pair<double, double> go(double distance, double seconds) {
+    std::pair<double, double> seen{1e9, 0.0};
+    const int frames = static_cast<int>(30 * seconds);
+    const double from = distance_;
+    for (int i = 1; i <= frames; ++i) {
+      FrameReading frame;
+      frame.time = time_ += 1.0 / 30.0;
+      distance_ = from * std::pow(distance / from, static_cast<double>(i) / frames);
+      frame.camera.subject_distance = distance_;
+      const std::optional<double> told = observer_.add(frame, std::nullopt, map_).distance;
+      if (!told) continue;
+      seen.first = std::min(seen.first, *told);
+      seen.second = std::max(seen.second, *told);
+    }
+    return seen;
+  }
+  void jump(double distance) { distance_ = distance; }
+
+ private:
+  Observer observer_{"turn", true};
+  CoverageMap map_;
+  double time_ = 0.0, distance_ = 1.0;
+};
+
+TEST(Observer, AStepNearerIsSeenAndASlidingUnitIsNot) {
+  const GuidanceOptions limits;
+  Steps steps;
+  auto [least, largest] = steps.go(1.0, 5.0);
+  EXPECT_DOUBLE_EQ(least, 1.0);
+  EXPECT_DOUBLE_EQ(largest, 1.0);
+  std::tie(least, largest) = steps.go(0.4, 20.0);
+  EXPECT_GT(least, limits.no_longer_close);
+  std::tie(least, largest) = steps.go(0.2, 1.0);
+  EXPECT_LT(least, limits.close);
+  steps.go(0.2, 5.0);
+  std::tie(least, largest) = steps.go(0.4, 1.0);
+  EXPECT_GT(largest, limits.far);
+  // Other points: not even somebody who runs.
+  steps.go(0.4, 5.0);
+  steps.jump(2.0);
+  std::tie(least, largest) = steps.go(2.0, 5.0);
+  EXPECT_DOUBLE_EQ(least, 1.0);
+  EXPECT_DOUBLE_EQ(largest, 1.0);
 }
 
 }  // namespace
