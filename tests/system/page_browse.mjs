@@ -5,10 +5,9 @@
 //   node page_browse.mjs send URL FOLDER VIDEO HEIGHT_MM   send the recording and wait for its avatar
 //   node page_browse.mjs walk URL FOLDER VIDEO HEIGHT_MM   ... and use it, download it, run it again, delete it
 //   node page_browse.mjs time URL FOLDER                   how fast the page is, with a finished scan in the store
-import { AxeBuilder } from "@axe-core/playwright";
 import { statSync } from "node:fs";
 import { join } from "node:path";
-import { chromium } from "playwright-core";
+import { browser, complaints, desktop, drawn, isWide, minute, openPage, phone as phoneLook, seriousFaults } from "./browser.mjs";
 
 const [mode, url, folder, video, height] = process.argv.slice(2);
 if (!["send", "walk", "time"].includes(mode) || !folder || (mode !== "time" && !height)) {
@@ -16,28 +15,7 @@ if (!["send", "walk", "time"].includes(mode) || !folder || (mode !== "time" && !
   process.exit(2);
 }
 
-const minute = 60_000;
-const browser = await chromium.launch({
-  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
-});
-const complaints = [];
-
-async function openPage(options) {
-  const page = await (await browser.newContext(options)).newPage();
-  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
-  page.on("pageerror", (error) => complaints.push(String(error)));
-  return page;
-}
-
-// Faults of accessibility that keep somebody from using the page.
-async function seriousFaults(page) {
-  const { violations } = await new AxeBuilder({ page }).analyze();
-  return violations.filter((v) => ["serious", "critical"].includes(v.impact)).map((v) => v.id);
-}
-
 const picture = (page, name) => page.locator(".stage").screenshot({ path: join(folder, `${name}.png`), timeout: minute });
-const drawn = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 
 async function send(page, seen) {
   await page.goto(url);
@@ -126,7 +104,7 @@ async function walk(page, seen) {
   await page.getByRole("tab", { name: "Files" }).click();
   seen.after_run_again = await page.locator("ul.files a").allTextContents();
 
-  const phone = await openPage({ viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true, deviceScaleFactor: 2 });
+  const phone = await openPage(phoneLook);
   await phone.goto(url);
   await phone.locator("a.card").first().waitFor();
   await phone.screenshot({ path: join(folder, "phone-list.png") });
@@ -136,7 +114,7 @@ async function walk(page, seen) {
   await drawn(phone);
   await phone.screenshot({ path: join(folder, "phone-avatar.png") });
   seen.faults.phone_avatar = await seriousFaults(phone);
-  seen.phone_is_wide = await phone.evaluate(() => document.scrollingElement.scrollWidth > innerWidth);
+  seen.phone_is_wide = await isWide(phone);
 
   await page.getByRole("button", { name: "Delete" }).click();
   await page.getByRole("dialog").getByRole("button", { name: "Delete" }).click();
@@ -179,7 +157,7 @@ async function time(page) {
 }
 
 try {
-  const page = await openPage({ viewport: { width: 1280, height: 800 }, acceptDownloads: true });
+  const page = await openPage(desktop);
   const seen = await { send, walk, time }[mode](page, { faults: {}, downloads: {}, phases: [] });
   console.log(JSON.stringify({ ...seen, complaints }));
 } finally {

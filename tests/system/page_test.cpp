@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The host's page in a real browser: from a recording on the user's side to an avatar that is downloaded and deleted.
+// The pages of host and rig in a real browser: from a recording, and from a press on the rig's page, to an avatar.
 #include "common/bundle/atomic_file.h"
 #include "tests/system/programs.h"
 #include "tests/temporary_folder.h"
@@ -24,16 +24,20 @@ double changed(const cv::Mat& a, const cv::Mat& b) {
   return static_cast<double>(cv::countNonZero(difference > 12)) / static_cast<double>(difference.total());
 }
 
+void make_capture(const std::string& folder) {
+  ASSERT_EQ(run_program("synthetic_capture",
+                        {folder, "--sequence", "orbit-body", "--frames", "90", "--width", "270", "--height", "480"})
+                .code,
+            0);
+}
+
 TEST(Page, ARecordingBecomesAnAvatarThatIsUsedDownloadedAndDeleted) {
   const TemporaryFolder folder;
   const fs::path root = folder.path();
   const std::string capture = (root / "capture").string(), seen_folder = (root / "seen").string();
   fs::create_directories(seen_folder);
   fs::create_directories(root / "host");
-  ASSERT_EQ(run_program("synthetic_capture",
-                        {capture, "--sequence", "orbit-body", "--frames", "90", "--width", "270", "--height", "480"})
-                .code,
-            0);
+  ASSERT_NO_FATAL_FAILURE(make_capture(capture));
   Running host("gyre-offload",
                {"serve", "--store", (root / "host").string(), "--endpoint", "tcp://127.0.0.1:*", "--page",
                 "127.0.0.1:0", "--texture-size", "1024"},
@@ -69,6 +73,49 @@ TEST(Page, ARecordingBecomesAnAvatarThatIsUsedDownloadedAndDeleted) {
   for (const char* name : {"face", "wave", "skeleton", "sources"}) {
     EXPECT_GT(changed(avatar, picture(name)), 0.002) << name;
   }
+  EXPECT_EQ(host.stop(), 0);
+}
+
+TEST(Page, AScanIsTakenOnAPhoneAndItsAvatarComesBackToTheRig) {
+  const TemporaryFolder folder;
+  const fs::path root = folder.path();
+  const std::string capture = (root / "capture").string(), seen_folder = (root / "seen").string();
+  const std::string store = (root / "host").string(), keys = (root / "keys").string();
+  fs::create_directories(seen_folder);
+  fs::create_directories(store);
+  ASSERT_NO_FATAL_FAILURE(make_capture(capture));
+  Running host(
+      "gyre-offload",
+      {"serve", "--store", store, "--endpoint", "tcp://127.0.0.1:*", "--page", "off", "--texture-size", "1024"},
+      root / "ready.json", root / "host.log");
+  const json ready = json::parse(first_line(root / "ready.json", host));
+  const Finished known =
+      run_program("gyre-device", {"pair", "--keys", keys, "--host-public-key", ready.at("public_key")});
+  ASSERT_EQ(known.code, 0) << known.err;
+  const std::string key = json::parse(known.out).at("device_public_key");
+  ASSERT_EQ(run_program("gyre-offload", {"pair", "--store", store, "--authorise", key, "--name", "rig-1"}).code, 0);
+
+  Running rig("gyre-device",
+              {"run", "--camera", "replay:" + capture + "/video.mp4", "--spool", (root / "spool").string(), "--host",
+               ready.at("endpoint"), "--keys", keys, "--name", "rig-1", "--page", "127.0.0.1:0"},
+              root / "rig.out", root / "rig.log");
+  const auto log = [&] { return read_file(root / "rig.log").value_or(""); };
+  const std::string phrase = "page is on ";
+  while (log().find("waiting for the button") == std::string::npos) ASSERT_FALSE(rig.ended()) << log();
+  const std::string said = log();
+  const std::size_t begin = said.find(phrase) + phrase.size();
+  const std::string url = said.substr(begin, said.find('\n', begin) - begin) + "/";
+  const Finished browsed = run_program("/usr/bin/env", {"node", GYRE_SYSTEM_TESTS "/rig_browse.mjs", url, seen_folder});
+  ASSERT_EQ(browsed.code, 0) << browsed.err << log();
+  const json seen = json::parse(browsed.out);
+  EXPECT_EQ(seen.at("complaints"), json::array());
+  for (const auto& [view, faults] : seen.at("faults").items()) EXPECT_EQ(faults, json::array()) << view;
+  EXPECT_FALSE(seen.at("is_wide"));
+  EXPECT_EQ(seen.at("between"), "between_passes");
+  EXPECT_EQ(seen.at("scans"), 1);
+  const json results = seen.at("results");
+  EXPECT_NE(std::find(results.begin(), results.end(), "avatar.glb"), results.end()) << results;
+  EXPECT_EQ(rig.stop(), 0) << log();
   EXPECT_EQ(host.stop(), 0);
 }
 
