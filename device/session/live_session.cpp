@@ -57,7 +57,8 @@ class LiveSession::Loop {
         spool_(spool),
         options_(std::move(options)),
         host_(spool, uplink),
-        disk_(options_.room ? options_.room : [&spool] { return spool.room(); }, options_.least_room),
+        disk_(
+            options_.room ? options_.room : [&spool] { return spool.room(); }, options_.least_room),
         scan_(spool, folder, {options_.mode, options_.device, options_.camera, options_.memory}) {}
 
   SessionDesk& desk() { return desk_; }
