@@ -74,7 +74,7 @@ Conversation::Conversation(zmq::context_t& context, const UplinkOptions& options
 }
 
 Ending Conversation::hold(Wakeup& wakeup, const std::atomic<bool>& stop) {
-  started_ = last_heard_ = last_ping_ = Clock::now();
+  started_ = last_heard_ = last_sent_ = last_ping_ = Clock::now();
   try {
     socket_->connect(options_.host);
     const auto deadline = static_cast<std::uint32_t>(options_.silence_timeout.count());
@@ -195,7 +195,8 @@ std::optional<Ending> Conversation::check_time() {
     return unreachable(secured_ ? "the host does not answer" : "no connection in time");
   }
   if (now - last_heard_ > options_.silence_timeout) return unreachable("the host has gone silent");
-  if (now - std::max(last_heard_, last_ping_) < ping_interval_) return std::nullopt;
+  // Also when the host talks without being asked: it has to hear that this device is there.
+  if (now - std::max(std::min(last_heard_, last_sent_), last_ping_) < ping_interval_) return std::nullopt;
   last_ping_ = now;
   if (Result<void> sent = send(wire::Ping{}); !sent) return unreachable(sent.error().message());
   return std::nullopt;
@@ -226,7 +227,10 @@ Result<void> Conversation::on_chunk(const wire::ResultChunk& chunk) {
 
 Result<void> Conversation::send(wire::Message message) {
   // Credit bounds what waits here, so a full queue means that the connection is as good as dead.
-  if (socket_->send(message_of(wire::encode(std::move(message))), zmq::send_flags::dontwait)) return {};
+  if (socket_->send(message_of(wire::encode(std::move(message))), zmq::send_flags::dontwait)) {
+    last_sent_ = Clock::now();
+    return {};
+  }
   return fail("the connection does not move", options_.host);
 }
 

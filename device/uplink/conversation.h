@@ -76,6 +76,7 @@ class Conversation {
   std::chrono::milliseconds ping_interval_;
   Clock::time_point started_;
   Clock::time_point last_heard_;
+  Clock::time_point last_sent_;
   Clock::time_point last_ping_;
 };
 

@@ -80,6 +80,26 @@ TEST_F(Link, TheDeviceHearsOfProgressAndFailure) {
   EXPECT_EQ(device_.spool().phase(scan.id), SpoolPhase::failed);
 }
 
+// A device that only listens is not taken for gone.
+TEST_F(Link, AHostThatTalksAllTheTimeHearsThatTheDeviceIsThere) {
+  constexpr std::chrono::seconds silence{3};
+  device_.disconnect();
+  host_.stop();
+  host_.set_silence_timeout(silence);
+  host_.start();
+  device_.connect(host_);
+  const Scan scan = small_scan();
+  ASSERT_TRUE(spool_scan(device_.spool(), scan, {1}, 1000, 1));
+  ASSERT_TRUE(eventually([&] { return host_.queued().size() == 1; }));
+  const auto begun = std::chrono::steady_clock::now();
+  for (double fraction = 0.0; std::chrono::steady_clock::now() - begun < 2 * silence; fraction += 1e-6) {
+    host_.server().publish_progress(scan.id, "cameras", fraction, "");
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_EQ(device_.uplink().counts().connections, 1U);
+  EXPECT_EQ(device_.uplink().counts().lost, 0U);
+}
+
 TEST_F(Link, ABundleThatCannotBeUsedFailsTheScan) {
   const Scan scan = small_scan();
   ASSERT_TRUE(device_.spool().open_scan(scan));
