@@ -21,6 +21,9 @@ namespace fs = std::filesystem;
 using Kind = OperatorCommand::Kind;
 using State = SessionState;
 
+// The library makes it on first use, in a way that the thread sanitizer does not see: before there are threads, then.
+const auto logger = spdlog::default_logger();
+
 // A session that runs beside the test.
 class Rig {
  public:
