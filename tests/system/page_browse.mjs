@@ -130,7 +130,6 @@ async function time(page) {
   await page.goto(url, { waitUntil: "commit" });
   await page.locator("a.card").first().waitFor();
   const first = Date.now() - begin;
-  const painted = await page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? null);
   await page.locator('a.card[data-phase="done"]').first().click();
   const asked = Date.now();
   await page.locator(".stage[data-loaded]").waitFor({ timeout: 3 * minute });
@@ -153,7 +152,7 @@ async function time(page) {
   await page.mouse.up();
   turns.sort((a, b) => a - b);
   await picture(page, "timed");
-  return { first_paint_ms: painted, first_view_ms: first, avatar_ms: avatar, avatar_bytes: bytes, turn_ms: turns[10] };
+  return { first_view_ms: first, avatar_drawn_ms: avatar, avatar_size_bytes: bytes, turn_ms: turns[10] };
 }
 
 try {
