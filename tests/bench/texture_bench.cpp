@@ -333,12 +333,14 @@ int main(int argc, char** argv) {
     options.align = name.find("unaligned") == std::string::npos;
     options.cut_and_blend = name != "best_view";
     std::vector<gyre::Photo> given = photos;
+    for (gyre::Photo& photo : given) photo.image = photo.image.clone();  // they are painted over
     if (name.find("sway") != std::string::npos) disturb(given);
     if (name == "magenta") paint_background(*mesh, given);
     const auto baked = bake(name, *mesh, given, options);
     if (!baked) return 1;
+    print(name, "magenta_texels", static_cast<double>(count_magenta(*baked)), "texels");
     if (name == "magenta") {
-      print(name, "magenta_texels", static_cast<double>(count_magenta(*baked)), "texels");
+      if (!out.empty()) write_pictures(name, *mesh, *baked, given, out);
       continue;
     }
     report(name, *mesh, *baked, photos, true_gains);
