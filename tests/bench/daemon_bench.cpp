@@ -3,14 +3,12 @@
 // memory it needs beside the frames, whether it keeps up and whether it grows.
 //
 //   daemon_bench DATA SPOOL [SECONDS]    DATA: folder of captures; SPOOL: emptied; default 600 seconds
+#include "common/metrics/process_usage.h"
 #include "common/video/frame_source.h"
 #include "device/session/live_session.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
 #include <atomic>
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -115,20 +113,8 @@ class LoopingCamera : public CameraDevice {
   int index_ = 0;
 };
 
-double cpu_seconds() {
-  rusage used{};
-  ::getrusage(RUSAGE_SELF, &used);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(used.ru_utime) + seconds(used.ru_stime);
-}
-
 double resident_mib() {
-  std::ifstream file("/proc/self/statm");
-  double size = 0.0, resident = 0.0;
-  file >> size >> resident;
-  return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1 << 20);
+  return resident_bytes() / (1 << 20);
 }
 
 int bench(const fs::path& data, const fs::path& folder, double seconds) {
@@ -161,7 +147,7 @@ int bench(const fs::path& data, const fs::path& folder, double seconds) {
   while (session.status().state != SessionState::pass) std::this_thread::sleep_for(std::chrono::milliseconds(20));
 
   const auto begun = Clock::now();
-  const double cpu = cpu_seconds();
+  const double cpu = processor_seconds();
   const std::int64_t missed_before = missed;
   const int frames_before = session.status().frames;
   const auto passed = [&] { return std::chrono::duration<double>(Clock::now() - begun).count(); };
@@ -173,7 +159,7 @@ int bench(const fs::path& data, const fs::path& folder, double seconds) {
     if (passed() < 0.25 * seconds) early = std::max(early, now);
   }
   const double took = passed();
-  line("core", 100.0 * (cpu_seconds() - cpu) / took, "% of a core");
+  line("core", 100.0 * (processor_seconds() - cpu) / took, "% of a core");
   line("frames_per_second", (session.status().frames - frames_before) / took, "frames/s");
   line("frames_missed", static_cast<double>(missed - missed_before), "frames");
   line("memory", most - frames_mib, "MiB beside code and decoded frames");

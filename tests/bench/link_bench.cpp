@@ -7,13 +7,13 @@
 //
 // Host and devices are processes of their own: this program runs itself as the devices.
 #include "common/bundle/atomic_file.h"
+#include "common/metrics/process_usage.h"
 #include "device/uplink/uplink.h"
 #include "offload/ingest/ingest_server.h"
 #include "tests/device/spool/scan_support.h"
 
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <cstdio>
@@ -57,16 +57,6 @@ double peak_memory(const std::string& process) {
     if (word == "VmHWM:" && status >> kib) return kib / 1024.0;
   }
   return 0;
-}
-
-// Processor time of this process so far, seconds.
-double processor_seconds() {
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
 struct Work {

@@ -15,6 +15,7 @@
 #include "common/geometry/colmap_model.h"
 #include "common/log/log.h"
 #include "common/mesh/mesh_io.h"
+#include "common/metrics/process_usage.h"
 #include "common/parallel/parallel.h"
 #include "common/render/rasterise.h"
 #include "offload/report/texture_errors.h"
@@ -183,15 +184,6 @@ void report_places(const std::string& name, const gyre::TriangleMesh& mesh, cons
   print(name, "place_error_rms", 1000 * std::sqrt(sum / static_cast<double>(photos.size())), "mm");
 }
 
-double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
 double peak_memory_gib() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -202,7 +194,7 @@ double peak_memory_gib() {
 std::optional<gyre::BakedTexture> bake(const std::string& name, const gyre::TriangleMesh& mesh,
                                        std::vector<gyre::Photo> photos, const gyre::BakeOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  const double cpu_start = cpu_seconds();
+  const double cpu_start = gyre::processor_seconds();
   auto last = start;
   double cpu_last = cpu_start;
   std::string step;
@@ -212,13 +204,13 @@ std::optional<gyre::BakedTexture> bake(const std::string& name, const gyre::Tria
   const auto print_step = [&] {
     if (step.empty()) return;
     print(name, ("seconds: " + step).c_str(), elapsed(last), "s");
-    print(name, ("cpu seconds: " + step).c_str(), cpu_seconds() - cpu_last, "s");
+    print(name, ("cpu seconds: " + step).c_str(), gyre::processor_seconds() - cpu_last, "s");
   };
   auto baked = gyre::bake_texture({.mesh = mesh}, std::move(photos), options, 0, [&](double, std::string_view what) {
     print_step();
     step = what;
     last = std::chrono::steady_clock::now();
-    cpu_last = cpu_seconds();
+    cpu_last = gyre::processor_seconds();
   });
   if (!baked) {
     fail_with(baked.error().message());
@@ -226,7 +218,7 @@ std::optional<gyre::BakedTexture> bake(const std::string& name, const gyre::Tria
   }
   print_step();
   print(name, "seconds", elapsed(start), "s");
-  print(name, "cpu_seconds", cpu_seconds() - cpu_start, "s");
+  print(name, "cpu_seconds", gyre::processor_seconds() - cpu_start, "s");
   print(name, "peak_memory", peak_memory_gib(), "GiB");
   return std::move(*baked);
 }
