@@ -15,6 +15,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 namespace gyre {
 
@@ -131,14 +132,20 @@ Result<BakedTexture> bake_texture(const BakeSubject& subject, std::vector<Photo>
   const std::vector<Eigen::Vector3d> normals = triangle_normals(mesh);
   const std::vector<std::uint8_t> skip =
       subject.hidden.empty() ? std::vector<std::uint8_t>(mesh.triangles.size(), 0) : subject.hidden;
+  std::vector<Pose> placed;
   if (options.cut_and_blend && options.place) {
-    const std::vector<Pose> placed =
-        place_views(mesh, normals, skip, photos, options.sight, options.limits, options.placing, threads);
-    for (std::size_t p = 0; p < photos.size(); ++p) photos[p].cam_from_world = placed[p];
+    placed = place_views(mesh, normals, skip, photos, options.sight, options.limits, options.placing, threads);
     progress(0.15, "what each photograph sees");
   }
   std::vector<DepthMap> depths(photos.size());
-  parallel_for(photos.size(), threads, [&](std::size_t p) { depths[p] = map_depth(mesh, photos[p], options.sight); });
+  parallel_for(photos.size(), threads, [&](std::size_t p) {
+    depths[p] = map_depth(mesh, photos[p], options.sight);
+    if (placed.empty()) return;
+    // The motion found is an estimate: what either place takes for background stays out.
+    photos[p].cam_from_world = placed[p];
+    const DepthMap given = std::exchange(depths[p], map_depth(mesh, photos[p], options.sight));
+    add_edges(depths[p], given);
+  });
   const PhotographedSurface surface{mesh, normals, photos, depths, options.sight, options.limits};
   ObservationTable table = observe(surface, skip, threads);
   if (table.all.empty()) {

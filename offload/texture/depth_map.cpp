@@ -54,6 +54,11 @@ DepthMap map_depth(const TriangleMesh& mesh, const Photo& photo, const SightOpti
   return map;
 }
 
+void add_edges(DepthMap& map, const DepthMap& other) {
+  std::transform(map.edge_distance.begin(), map.edge_distance.end(), other.edge_distance.begin(),
+                 map.edge_distance.begin(), [](std::uint8_t a, std::uint8_t b) { return std::min(a, b); });
+}
+
 std::optional<Sight> see(const Photo& photo, const DepthMap& map, const Eigen::Vector3d& point,
                          const Eigen::Vector3d& normal, const SightOptions& options) {
   const Eigen::Vector3d p = photo.cam_from_world * point;

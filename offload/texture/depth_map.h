@@ -28,6 +28,9 @@ struct SightOptions {
 // Rasterises the whole surface, back faces too: an open shell hides what lies behind it from both sides.
 DepthMap map_depth(const TriangleMesh& mesh, const Photo& photo, const SightOptions& options);
 
+// Takes over the edges of another map of the same picture: a pixel is as near to an edge as either map says.
+void add_edges(DepthMap& map, const DepthMap& other);
+
 // A surface point in a photograph that sees it.
 struct Sight {
   Eigen::Vector2d pixel;
