@@ -226,7 +226,7 @@ std::string keyframe_section(const ReportFacts& facts, const ReportPictures& pic
     }
     const std::string uri = i < pictures.keyframes.size() ? pictures.keyframes[i] : std::string();
     html += fmt::format(
-        "<figure{} title=\"{}\"><img src=\"{}\" alt=\"keyframe {}\" loading=\"lazy\"><figcaption>{} \u00b7 "
+        "<figure{} title=\"{}\"><img src=\"{}\" alt=\"keyframe {}\"><figcaption>{} \u00b7 "
         "{}</figcaption></figure>",
         image == nullptr && !facts.model.images.empty() ? " class=\"out\"" : "", escape_html(facts.reasons[i]), uri,
         frame.index, frame.index, place);

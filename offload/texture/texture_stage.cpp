@@ -188,6 +188,7 @@ Result<nlohmann::json> run(const StageContext& context) {
 Stage texture_stage() {
   Stage stage;
   stage.name = "texture";
+  stage.version = 2;
   stage.inputs = {"frames", "work/cameras", "work/cloud/cloud.ply", "work/fit"};
   stage.external = {"template"};
   stage.options = {{"template", ""}, {"size", BakeOptions{}.size}, {"format", "png"}, {"normal_map", false}};
