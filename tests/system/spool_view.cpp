@@ -131,4 +131,27 @@ void expect_explained(const SpoolView& before, const SpoolView& after, const std
   }
 }
 
+int expect_delivered(const SpoolView& view, const SpoolView::Files& acknowledged, const fs::path& scans) {
+  int delivered = 0;
+  for (const auto& [id, scan] : view.scans) {
+    SCOPED_TRACE("scan " + id + " is " + std::string(name_of(scan.phase)));
+    if (scan.phase == SpoolPhase::recording) continue;  // all of it was taken back; its name serves the next one
+    ++delivered;
+    EXPECT_EQ(scan.phase, SpoolPhase::delivered);
+    const Result<void> verified = verify_bundle(Bundle(scans / id));
+    EXPECT_TRUE(verified) << verified.error().message();
+  }
+  const SpoolView::Files keyframes = view.keyframes();
+  expect_whole(keyframes, scans);
+  EXPECT_EQ(keyframes, view.acknowledged());
+  for (const auto& [name, hash] : acknowledged) {
+    const std::string id = name.substr(0, name.find('/'));
+    const auto scan = view.scans.find(id);
+    const SpooledFile* const file =
+        scan == view.scans.end() ? nullptr : find_file(scan->second.files, name.substr(id.size() + 1));
+    EXPECT_TRUE(file != nullptr && (file->phase == SpooledFilePhase::discarded || file->sha256 == hash)) << name;
+  }
+  return delivered;
+}
+
 }  // namespace gyre

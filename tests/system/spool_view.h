@@ -37,4 +37,8 @@ void expect_tidy(const SpoolView& view, const std::filesystem::path& spool);
 // what became of it.
 void expect_explained(const SpoolView& before, const SpoolView& after, const std::string& log);
 
+// Every scan that was closed is at the host, whole and the same, and its results are back. acknowledged: all that the
+// host was ever known to have; of it only what was taken back since is gone. Returns how many scans there are.
+int expect_delivered(const SpoolView& view, const SpoolView::Files& acknowledged, const std::filesystem::path& scans);
+
 }  // namespace gyre
