@@ -89,7 +89,7 @@ class ResetGuest : public testing::Test {
   std::string said(const std::string& file) const { return read_file(guest_.out() / file).value_or(""); }
 
   void boot(const std::string& then) {
-    for (const char* const left : {"begun", "started", "ready"}) fs::remove(guest_.out() / left);
+    for (const char* const left : {"begun", "started", "ready", "device"}) fs::remove(guest_.out() / left);
     guest_.start(to_a_waiting_rig + then);
   }
 
