@@ -4,12 +4,17 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 
 namespace gyre {
 
 namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view part = ".part";  // of a temporary name, before the writer's numbers
 
 tl::unexpected<Error> system_error(const std::string& what, const std::filesystem::path& path) {
   const int code = errno;
@@ -51,7 +56,7 @@ Result<void> rename_durably(const std::filesystem::path& from, const std::filesy
 
 Result<void> write_file(const std::filesystem::path& file, std::span<const std::byte> bytes) {
   std::filesystem::path temporary = file;
-  temporary += ".part" + std::to_string(::getpid()) + "-" + std::to_string(::gettid());
+  temporary += std::string(part) + std::to_string(::getpid()) + "-" + std::to_string(::gettid());
   Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
   if (fd.get() < 0) return system_error("cannot create", file);
   const auto give_up = [&] {
@@ -71,6 +76,16 @@ Result<void> write_file(const std::filesystem::path& file, std::span<const std::
 
 Result<void> write_file(const std::filesystem::path& file, std::string_view text) {
   return write_file(file, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+void remove_temporaries(const std::filesystem::path& folder) {
+  std::error_code error;
+  for (auto it = fs::directory_iterator(folder, error); !error && it != fs::directory_iterator(); it.increment(error)) {
+    const std::string suffix = it->path().extension().string();
+    const bool is_temporary = suffix.starts_with(part) && std::isdigit(suffix.c_str()[part.size()]) != 0;
+    std::error_code ignored;
+    if (is_temporary) fs::remove(it->path(), ignored);
+  }
 }
 
 Result<std::string> read_file(const std::filesystem::path& file) {

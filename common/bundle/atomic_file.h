@@ -23,6 +23,9 @@ Result<void> rename_durably(const std::filesystem::path& from, const std::filesy
 // Flushes a file, or the entries of a folder, to disk.
 Result<void> sync_path(const std::filesystem::path& path);
 
+// Removes what writes that were cut off have left in a folder; nobody may be writing there.
+void remove_temporaries(const std::filesystem::path& folder);
+
 Result<std::string> read_file(const std::filesystem::path& file);
 
 }  // namespace gyre

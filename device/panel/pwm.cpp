@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/panel/pwm.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <thread>
 
 namespace gyre {
 
@@ -16,6 +21,21 @@ Result<void> write_number(const fs::path& file, long long value) {
   out << value << std::flush;
   if (!out) return fail("cannot write to the PWM channel", file.string(), "let this user be in the group gpio");
   return {};
+}
+
+// Waits until a channel may be written to.
+void wait_for(const fs::path& channel, std::chrono::milliseconds patience) {
+  constexpr std::chrono::milliseconds look_every{10};
+  const auto end = std::chrono::steady_clock::now() + patience;
+  // The last of its files to be handed over may be any of them.
+  const auto is_ours = [&] {
+    return std::ranges::all_of(std::array{"period", "duty_cycle", "enable"}, [&](const char* const file) {
+      const int fd = ::open((channel / file).c_str(), O_WRONLY | O_CLOEXEC);
+      if (fd >= 0) ::close(fd);
+      return fd >= 0;
+    });
+  };
+  while (!is_ours() && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(look_every);
 }
 
 }  // namespace
@@ -36,7 +56,7 @@ Result<PwmName> parse_pwm_name(std::string_view text) {
   return name;
 }
 
-Result<std::unique_ptr<Pwm>> Pwm::open(const PwmName& name, const fs::path& root) {
+Result<std::unique_ptr<Pwm>> Pwm::open(const PwmName& name, const fs::path& root, std::chrono::milliseconds patience) {
   std::error_code error;
   for (auto it = fs::directory_iterator(root, error); !error && it != fs::directory_iterator(); it.increment(error)) {
     std::error_code ignored;
@@ -46,6 +66,7 @@ Result<std::unique_ptr<Pwm>> Pwm::open(const PwmName& name, const fs::path& root
       if (const Result<void> exported = write_number(it->path() / "export", name.channel); !exported) {
         return tl::unexpected(exported.error());
       }
+      wait_for(folder, patience);
     }
     if (!fs::exists(folder, ignored)) {
       return fail("the PWM device has no such channel", name.device + ":" + std::to_string(name.channel));

@@ -4,6 +4,7 @@
 
 #include "common/result/result.h"
 
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -22,8 +23,10 @@ Result<PwmName> parse_pwm_name(std::string_view text);
 // Belongs to one thread.
 class Pwm {
  public:
+  // A channel that this brings into being belongs to root until udev has dealt with it; `patience` is for that.
   // Errors: no such device or channel, no permission.
-  static Result<std::unique_ptr<Pwm>> open(const PwmName& name, const std::filesystem::path& root = "/sys/class/pwm");
+  static Result<std::unique_ptr<Pwm>> open(const PwmName& name, const std::filesystem::path& root = "/sys/class/pwm",
+                                           std::chrono::milliseconds patience = std::chrono::seconds(2));
   // Off.
   ~Pwm();
   Pwm(const Pwm&) = delete;

@@ -166,10 +166,13 @@ class LiveSession::Loop {
     }
     happen(SessionEvent::restart);
     if (id.empty() || before == SessionState::idle) return;
+    const std::optional<SpoolPhase> phase = spool_.phase(id);
     if (state_ == SessionState::between_passes) {
       notice("scan " + id + " goes on: pass " + scan_.pass() + " is next" + after_that());
-    } else if (state_ != before && spool_.phase(id) == SpoolPhase::closed) {
+    } else if (state_ != before && phase && *phase != SpoolPhase::recording) {
       notice("scan " + id + " was cut off and is closed with what it has" + after_that());
+    } else if (state_ == SessionState::idle && recovered_.empty()) {
+      notice("scan " + id + " had nothing recorded; the next start begins anew");
     }
   }
 

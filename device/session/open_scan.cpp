@@ -32,6 +32,7 @@ OpenScan::OpenScan(Spool& spool, const std::filesystem::path& folder, OpenScanOp
       writer_(writes_waiting) {}
 
 SessionState OpenScan::restore() {
+  store_.tidy();
   std::optional<StoredSession> stored = store_.load();
   if (!stored) return SessionState::idle;
   scan_ = std::move(stored->scan);

@@ -22,12 +22,16 @@ std::optional<SessionState> state_named(const std::string& name) {
 
 Result<void> make_folder(const fs::path& folder) {
   std::error_code error;
-  fs::create_directories(folder, error);
+  const bool is_new = fs::create_directories(folder, error);
   if (error) return fail("cannot create the folder", folder.string() + " (" + error.message() + ")");
-  return {};
+  return is_new ? sync_path(folder.parent_path()) : Result<void>();
 }
 
 }  // namespace
+
+void SessionStore::tidy() const {
+  remove_temporaries(folder_);
+}
 
 Result<void> SessionStore::save(const StoredSession& session) const {
   if (const Result<void> made = make_folder(folder_); !made) return made;

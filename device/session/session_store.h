@@ -24,6 +24,9 @@ class SessionStore {
  public:
   explicit SessionStore(const std::filesystem::path& spool) : folder_(spool / "session") {}
 
+  // Before anything else: removes what a crash has left half written.
+  void tidy() const;
+
   Result<void> save(const StoredSession& session) const;
   // Nothing after the first start; a damaged entry counts as nothing, too.
   std::optional<StoredSession> load() const;

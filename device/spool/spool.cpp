@@ -9,7 +9,6 @@
 
 #include <spdlog/spdlog.h>
 #include <algorithm>
-#include <cctype>
 #include <set>
 #include <system_error>
 
@@ -27,13 +26,6 @@ bool is_spoolable(const std::string& name) {
   if (name == scan_file || name == frame_log) return true;
   constexpr std::string_view folder = "frames/";
   return name.starts_with(folder) && parse_frame_name(std::string_view(name).substr(folder.size())).has_value();
-}
-
-// A name that write_file gives its temporary files.
-bool is_temporary(const fs::path& file) {
-  const std::string suffix = file.extension().string();
-  constexpr std::string_view part = ".part";
-  return suffix.starts_with(part) && suffix.size() > part.size() && std::isdigit(suffix[part.size()]) != 0;
 }
 
 std::vector<fs::path> files_in(const fs::path& folder) {
@@ -133,9 +125,7 @@ Result<void> Spool::load(const std::string& scan_id) {
 // it is whole and is what the caller wanted.
 Result<void> Spool::repair(Entry& entry) {
   const Bundle bundle = this->bundle(entry.scan.id);
-  for (const fs::path& file : files_in(bundle.root())) {
-    if (is_temporary(file)) remove_quietly(file);
-  }
+  remove_temporaries(bundle.root());
   for (const fs::path& file : files_in(bundle.frames())) {
     const SpooledFile* known = find_file(entry.scan.files, "frames/" + file.filename().string());
     if (!known || known->phase == SpooledFilePhase::discarded) remove_quietly(file);

@@ -2,9 +2,11 @@
 #include "tests/system/guest.h"
 
 #include "common/bundle/atomic_file.h"
-#include "tests/system/programs.h"
 
+#include <gtest/gtest.h>
+#include <csignal>
 #include <cstdlib>
+#include <thread>
 
 namespace gyre {
 
@@ -38,14 +40,41 @@ std::string Guest::lacking() {
   return {};
 }
 
-int Guest::run(const std::string& script, Time time) {
-  if (!write_file(out() / "script", script)) return -1;
-  const fs::path boot = sources / "uml/boot.sh";
+// With /usr/bin/env.
+std::vector<std::string> Guest::command(const std::string& script, Time time) const {
+  EXPECT_TRUE(write_file(out() / "script", script));
   const char* const options = time == Time::virtual_time ? "time-travel=inf-cpu" : "";
-  return run_program("/usr/bin/env", {"PATIENCE=240", std::string("KERNEL_OPTIONS=") + options,
-                                      fs::canonical(boot).string(), fs::canonical(kernel()).string(),
-                                      (out() / "script").string(), out().string(), std::string("BIN=") + GYRE_BIN})
-      .code;
+  return {"PATIENCE=240",
+          std::string("KERNEL_OPTIONS=") + options,
+          fs::canonical(sources / "uml/boot.sh").string(),
+          fs::canonical(kernel()).string(),
+          (out() / "script").string(),
+          out().string(),
+          std::string("BIN=") + GYRE_BIN};
+}
+
+int Guest::run(const std::string& script, Time time) {
+  return run_program("/usr/bin/env", command(script, time)).code;
+}
+
+void Guest::start(const std::string& script) {
+  fs::remove_all(out() / "machine");  // of another one
+  running_ = std::make_unique<Running>("/usr/bin/env", command(script, Time::real), out() / "boot", out() / "boot");
+}
+
+bool Guest::ended() {
+  return running_ == nullptr || running_->ended();
+}
+
+void Guest::pull_plug() {
+  std::string group;
+  while (!ended() && group.find('\n') == std::string::npos) {
+    group = read_file(out() / "machine" / "guest" / "pid").value_or("");
+    std::this_thread::yield();
+  }
+  if (!group.empty()) ::kill(-std::stoi(group), SIGKILL);
+  if (running_) running_->wait();
+  running_.reset();
 }
 
 std::string Guest::log() const {

@@ -2,10 +2,13 @@
 // A machine with devices: scripts run as root in a user-mode Linux kernel on this machine's file system, see uml/.
 #pragma once
 
+#include "tests/system/programs.h"
 #include "tests/temporary_folder.h"
 
 #include <filesystem>
+#include <memory>
 #include <string>
+#include <vector>
 
 namespace gyre {
 
@@ -25,11 +28,20 @@ class Guest {
   enum class Time { real, virtual_time };
   int run(const std::string& script, Time time = Time::real);
 
+  // The same without waiting for its end; one at a time.
+  void start(const std::string& script);
+  bool ended();
+  // Like a machine whose power goes: what the guest has not synced is lost, and nothing is told.
+  void pull_plug();
+
   // What the last script printed.
   std::string log() const;
 
  private:
+  std::vector<std::string> command(const std::string& script, Time time) const;
+
   TemporaryFolder folder_;
+  std::unique_ptr<Running> running_;
 };
 
 }  // namespace gyre

@@ -118,7 +118,8 @@ TEST_F(PanelGuest, WhatIsMissingOrBusyIsSaidAndTheRestWorks) {
 // From the button to keyframes that the host has. camera: commands that plug one in as /dev/video0.
 class WholeScanSlow : public PanelGuest {
  protected:
-  void scan(const std::string& camera, const std::string& settings) {
+  // during: commands while the first pass is on and has three keyframes.
+  void scan(const std::string& camera, const std::string& settings, const std::string& during = "") {
     const int code = guest_.run("camera='v4l2:/dev/video0" + settings + "'\n" + camera + R"sh(
       plug_panel
       $BIN/gyre-offload serve --store /tmp/host --endpoint 'tcp://127.0.0.1:7410' --page off --reserve-gib 0.1 >$OUT/ready 2>$OUT/host &
@@ -134,6 +135,7 @@ class WholeScanSlow : public PanelGuest {
       press 0.1
       until_true 30 grep -q 'arming on .*: pass' $OUT/device
       until_true 90 eval '[ $(ls $OUT/spool/*/frames/body-* | wc -l) -ge 3 ]'
+      )sh" + during + R"sh(
       press 0.1
       until_true 30 grep -q ': between_passes' $OUT/device
       press 1.5
@@ -168,23 +170,51 @@ TEST_F(WholeScanSlow, OfASensorWhosePicturesAreCompressedHere) {
        "?size=320x180");
 }
 
-TEST_F(WholeScanSlow, OfAUsbCameraWhosePicturesAreKeptByteForByte) {
-  std::set<std::string> recorded;
-  fs::create_directories(guest_.out() / "pictures");
-  constexpr int width = 320, height = 240, pictures = 300, step = 4;
-  cv::Mat texture(height, width + step * pictures, CV_8UC3);
-  cv::RNG(7).fill(texture, cv::RNG::UNIFORM, 0, 255);
-  cv::GaussianBlur(texture, texture, {}, 3.0);
-  for (int i = 0; i < pictures; ++i) {
-    const fs::path file = guest_.out() / "pictures" / (std::to_string(1000 + i) + ".jpg");
-    cv::imwrite(file.string(), texture(cv::Rect(step * i, 0, width, height)).clone());
-    recorded.insert(sha256(read_file(file).value()));
+class WholeUsbScanSlow : public WholeScanSlow {
+ protected:
+  static constexpr int width = 320, height = 240;
+
+  // A walk along a texture, as files that a USB camera serves.
+  void record_pictures() {
+    fs::create_directories(guest_.out() / "pictures");
+    constexpr int pictures = 300, step = 4;
+    cv::Mat texture(height, width + step * pictures, CV_8UC3);
+    cv::RNG(7).fill(texture, cv::RNG::UNIFORM, 0, 255);
+    cv::GaussianBlur(texture, texture, {}, 3.0);
+    for (int i = 0; i < pictures; ++i) {
+      const fs::path file = guest_.out() / "pictures" / (std::to_string(1000 + i) + ".jpg");
+      cv::imwrite(file.string(), texture(cv::Rect(step * i, 0, width, height)).clone());
+      recorded_.insert(sha256(read_file(file).value()));
+    }
   }
+
+  void expect_recorded() const {
+    for (const FrameId& frame : frames_) {
+      EXPECT_TRUE(recorded_.contains(sha256(read_file(bundles_[0].frame(frame.pass, frame.index)).value())))
+          << frame.index << " differs from the recording";
+    }
+  }
+
+  std::set<std::string> recorded_;
+};
+
+TEST_F(WholeUsbScanSlow, KeepsItsPicturesByteForByte) {
+  record_pictures();
   scan("plug_in $OUT/pictures 320 240 20\n", "");
-  for (const FrameId& frame : frames_) {
-    EXPECT_TRUE(recorded.contains(sha256(read_file(bundles_[0].frame(frame.pass, frame.index)).value())))
-        << frame.index << " differs from the recording";
-  }
+  expect_recorded();
+}
+
+TEST_F(WholeUsbScanSlow, GoesOnWhenTheCameraWasPulledOutAndPutBack) {
+  record_pictures();
+  scan("plug_in $OUT/pictures 320 240 20\n", "", R"sh(
+      pull_out
+      until_true 30 grep -qE 'starting its stream again|opening it again' $OUT/device
+      plug_in $OUT/pictures 320 240 20
+      spooled=$(ls $OUT/spool/*/frames | wc -l)
+      until_true 90 eval '[ $(ls $OUT/spool/*/frames | wc -l) -ge $((spooled + 3)) ]'
+  )sh");
+  expect_recorded();
+  EXPECT_EQ(said("device").find(": fault"), std::string::npos) << said("device");
 }
 
 }  // namespace

@@ -5,7 +5,10 @@
 #include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 #include <fstream>
+#include <thread>
 
 namespace gyre {
 namespace {
@@ -52,10 +55,40 @@ TEST_F(PwmTest, WhatIsNotThereIsNamed) {
   ASSERT_FALSE(other);
   EXPECT_EQ(other.error().what, "no such PWM device");
   std::ofstream(root() / "pwmchip3" / "export") << "";
-  const auto channel = Pwm::open({"fe20c000.pwm", 7}, root());
+  const auto channel = Pwm::open({"fe20c000.pwm", 7}, root(), std::chrono::milliseconds(0));
   ASSERT_FALSE(channel);
   EXPECT_EQ(channel.error().where, "fe20c000.pwm:7");
   EXPECT_FALSE(Pwm::open({"fe20c000.pwm", 1}, folder_.path() / "nowhere"));
+}
+
+// As udev does it: the channel is there at once, and ours a little later.
+TEST_F(PwmTest, AChannelThatBelongsToRootAtFirstIsWaitedFor) {
+  fs::permissions(folder_.path(), fs::perms(0755));
+  const fs::path chip = root() / "pwmchip3", channel = chip / "pwm7";
+  std::ofstream(chip / "export") << std::flush;
+  fs::permissions(chip / "export", fs::perms(0666));
+  std::thread kernel_and_udev([&] {
+    while (read_file(chip / "export").value_or("") != "7") std::this_thread::yield();
+    fs::create_directory(channel);
+    for (const char* const file : {"period", "duty_cycle", "enable"}) {
+      std::ofstream(channel / file) << std::flush;
+      fs::permissions(channel / file, fs::perms(0444));
+    }
+    for (const char* const file : {"period", "duty_cycle", "enable"}) {
+      std::this_thread::yield();
+      fs::permissions(channel / file, fs::perms(0666));
+    }
+  });
+  // Root may write anyway, so this thread alone is somebody else.
+  constexpr int nobody = 65534;
+  const bool is_root = ::geteuid() == 0;
+  if (is_root) ::syscall(SYS_setresuid, -1, nobody, -1);
+  const auto pwm = Pwm::open({"fe20c000.pwm", 7}, root(), std::chrono::seconds(60));
+  const Result<void> set = pwm ? (*pwm)->set(1000.0, 0.5) : Result<void>(tl::unexpected(pwm.error()));
+  if (is_root) ::syscall(SYS_setresuid, -1, 0, -1);
+  kernel_and_udev.join();
+  ASSERT_TRUE(set) << set.error().message();
+  EXPECT_EQ(read_file(channel / "enable").value_or(""), "1");
 }
 
 TEST_F(PwmTest, NamesAreDeviceAndChannel) {

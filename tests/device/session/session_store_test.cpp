@@ -51,6 +51,15 @@ TEST_F(SessionStoreTest, DamageCountsAsNothing) {
   }
 }
 
+TEST_F(SessionStoreTest, WhatACrashLeftHalfWrittenIsRemoved) {
+  ASSERT_TRUE(store_.save({}));
+  const auto half = folder_.path() / "session" / "session.json.part12-34";
+  ASSERT_TRUE(write_file(half, std::string_view(R"({"versi)")));
+  store_.tidy();
+  EXPECT_FALSE(std::filesystem::exists(half));
+  EXPECT_TRUE(store_.load());
+}
+
 TEST_F(SessionStoreTest, RecordsAreKeptUntilTheyAreForgotten) {
   std::vector<FrameRecord> records(3);
   for (int i = 0; i < 3; ++i) {

@@ -57,12 +57,15 @@ busybox poweroff -f
 PAYLOAD
 chmod +x "$out/init"
 rm -f "$out/exit-code"
+# The kernel leads a group of processes that is all of the machine; its id is in machine/guest/pid.
+rm -rf "$out/machine"
+mkdir "$out/machine"
 
 memory=$(mktemp -d /dev/shm/gyre-guest-XXXXXX)
 trap 'rm -rf "$memory"' EXIT
 status=0
 TMPDIR=$memory HOME=$memory timeout -k 5 "${PATIENCE:-120}" ${launch[@]+"${launch[@]}"} "$kernel/linux" mem="${MEMORY:-1200M}" rootfstype=hostfs rootflags=/ ro \
-  init="$out/init" ${KERNEL_OPTIONS:-} quiet loglevel=3 con=null con0=fd:0,fd:1 </dev/null >"$out/console" 2>&1 || status=$?
+  init="$out/init" ${KERNEL_OPTIONS:-} quiet loglevel=3 con=null con0=fd:0,fd:1 uml_dir="$out/machine" umid=guest </dev/null >"$out/console" 2>&1 || status=$?
 [ -f "$out/exit-code" ] && exit "$(cat "$out/exit-code")"
 [ "$status" = 124 ] && exit 124
 exit 125
