@@ -2,9 +2,11 @@
 // The two numbers of a frame that selection needs, from its picture.
 #pragma once
 
+#include "common/selection/farneback.h"
 #include "common/selection/selection.h"
 
 #include <opencv2/core/mat.hpp>
+#include <opencv2/video/tracking.hpp>
 
 namespace gyre {
 
@@ -21,32 +23,45 @@ struct MeasureOptions {
   int sharpness_size = 640;
 };
 
+// Flow along a sequence of frames.
+class DenseFlow {
+ public:
+  explicit DenseFlow(FlowMethod method = FlowMethod::farneback) : method_(method) {}
+
+  // The next frame, 8-bit luma, all of one size. Flow: CV_32FC2, pixels, where each pixel of the frame before is found
+  // in this one; empty for the first frame.
+  cv::Mat add(const cv::Mat& luma);
+
+ private:
+  FlowMethod method_;
+  Farneback farneback_;
+  cv::Ptr<cv::DISOpticalFlow> dis_;
+  cv::Mat before_;
+};
+
 // Measures frame after frame of one pass; remembers the luma of the frame before.
 class FrameMeter {
  public:
-  explicit FrameMeter(const MeasureOptions& options = {}) : options_(options) {}
+  explicit FrameMeter(const MeasureOptions& options = {}) : options_(options), flow_(options.flow) {}
 
   // 8-bit BGR, all of one size. Motion: mean length of the dense flow from the frame before. Sharpness: variance of the
   // 4-neighbour Laplacian (Pech-Pacheco et al., ICPR 2000).
   FrameMeasure measure(const cv::Mat& bgr);
 
-  // What the last measure was made on: luma with `flow_size` as its longer side, and the flow that leads to it (empty
-  // for the first frame).
+  // What the last motion was measured on: luma with `flow_size` as its longer side.
   const cv::Mat& luma() const { return luma_; }
-  const cv::Mat& flow() const { return flow_; }
 
  private:
   MeasureOptions options_;
+  DenseFlow flow_;
   cv::Mat luma_;
-  cv::Mat flow_;
 };
 
-// The parts, on 8-bit luma. Flow: CV_32FC2, pixels, where each pixel of `from` is found in `to`.
-cv::Mat dense_flow(const cv::Mat& from, const cv::Mat& to, FlowMethod method = FlowMethod::farneback);
+// The parts. Flow as DenseFlow gives it; luma of 8 bits, at most 4,000 pixels wide.
 double mean_length(const cv::Mat& flow);
 double laplacian_variance(const cv::Mat& luma);
 
-// Luma reduced (never enlarged) by area averaging until its longer side is `longer_side`.
-cv::Mat reduced_luma(const cv::Mat& bgr, int longer_side);
+// Luma of BGR or luma, reduced (never enlarged) by area averaging until its longer side is `longer_side`.
+cv::Mat reduced_luma(const cv::Mat& picture, int longer_side);
 
 }  // namespace gyre

@@ -66,7 +66,7 @@ Result<void> run(const fs::path& folder, const std::string& pass) {
   Times times;
   std::vector<FrameMeasure> with_farneback, with_dis;
   std::vector<bool> truly_sharp;
-  cv::Mat before;
+  DenseFlow farneback, dis(FlowMethod::dis);
   double azimuth = 0.0, last = 0.0, worst = 0.0, at_closure = -1.0;
   double start_height = 0.0, start_elevation = 0.0;
   int frames = 0, right_band = 0, unknown = 0;
@@ -79,22 +79,24 @@ Result<void> run(const fs::path& folder, const std::string& pass) {
     if (!frame) return tl::unexpected(frame.error());
     if (!*frame) break;
     const nlohmann::json& now = truth.at("frames").at(static_cast<std::size_t>(frames));
-    const cv::Mat luma = reduced_luma((*frame)->image, 320);
     FrameMeasure measure, dis_measure;
+    cv::Mat luma;
     {
       const Stopwatch watch;
-      measure.sharpness = dis_measure.sharpness = laplacian_variance(reduced_luma((*frame)->image, 640));
+      const cv::Mat detail = reduced_luma((*frame)->image, 640);
+      measure.sharpness = dis_measure.sharpness = laplacian_variance(detail);
+      luma = reduced_luma(detail, 320);
       times.sharpness += watch.milliseconds();
     }
-    if (!before.empty()) {
+    const auto motion_by = [&](DenseFlow& flow, double& time) {
       const Stopwatch watch;
-      measure.motion = mean_length(dense_flow(before, luma));
-      times.farneback += watch.milliseconds();
-      const Stopwatch other;
-      dis_measure.motion = mean_length(dense_flow(before, luma, FlowMethod::dis));
-      times.dis += other.milliseconds();
-    }
-    before = luma;
+      const cv::Mat way = flow.add(luma);
+      const double length = way.empty() ? 0.0 : mean_length(way);
+      time += watch.milliseconds();
+      return length;
+    };
+    measure.motion = motion_by(farneback, times.farneback);
+    dis_measure.motion = motion_by(dis, times.dis);
     with_farneback.push_back(measure);
     with_dis.push_back(dis_measure);
     FrameReading read;
@@ -165,7 +167,7 @@ Result<void> run(const fs::path& folder, const std::string& pass) {
                         std::back_inserter(both));
 
   const std::string name = folder.filename();
-  line(name, "sharpness", times.sharpness / frames, "ms per frame");
+  line(name, "reduction_and_sharpness", times.sharpness / frames, "ms per frame");
   line(name, "flow_farneback", times.farneback / frames, "ms per frame");
   line(name, "flow_dis", times.dis / frames, "ms per frame");
   line(name, "tracks_and_motion", times.motion / frames, "ms per frame");

@@ -81,20 +81,20 @@ Result<void> run(const fs::path& folder, const Case& which) {
   double sharpness_ms = 0.0;
   double streaming_ms = 0.0;
   const MeasureOptions sizes;
-  cv::Mat before;
+  DenseFlow dense_flow;
   for (;;) {
     const Result<std::optional<Frame>> frame = (*source)->next();
     if (!frame) return tl::unexpected(frame.error());
     if (!*frame) break;
     FrameMeasure measure;
     auto start = std::chrono::steady_clock::now();
-    measure.sharpness = laplacian_variance(reduced_luma((*frame)->image, sizes.sharpness_size));
+    const cv::Mat detail = reduced_luma((*frame)->image, sizes.sharpness_size);
+    measure.sharpness = laplacian_variance(detail);
     sharpness_ms += milliseconds_since(start);
     start = std::chrono::steady_clock::now();
-    const cv::Mat luma = reduced_luma((*frame)->image, sizes.flow_size);
-    if (!before.empty()) measure.motion = mean_length(dense_flow(before, luma));
+    const cv::Mat flow = dense_flow.add(reduced_luma(detail, sizes.flow_size));
+    if (!flow.empty()) measure.motion = mean_length(flow);
     flow_ms += milliseconds_since(start);
-    before = luma;
     start = std::chrono::steady_clock::now();
     if (const std::optional<int> candidate = selector.push(measure)) proposed.insert(*candidate);
     streaming_ms += milliseconds_since(start);
