@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 #include <fstream>
+#include <string>
 
 namespace gyre {
 
@@ -23,6 +24,17 @@ double resident_bytes() {
   double resident = 0;
   statm >> size >> resident;
   return resident * static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
+// Not getrusage's, which begins with what the process was before it became this program.
+double peak_resident_bytes() {
+  constexpr double kib = 1024;
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    double peak = 0;
+    if (word == "VmHWM:" && status >> peak) return kib * peak;
+  }
+  return 0;
 }
 
 }  // namespace gyre

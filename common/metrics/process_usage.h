@@ -10,4 +10,7 @@ double processor_seconds();
 // In memory now, bytes; 0 where the kernel does not tell.
 double resident_bytes();
 
+// The most there has been in memory, bytes, pages of shared libraries included; 0 where the kernel does not tell.
+double peak_resident_bytes();
+
 }  // namespace gyre

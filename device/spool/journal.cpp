@@ -109,7 +109,8 @@ Result<void> SpoolJournal::append(const SpoolEvent& event) {
   if (now.st_size != size_ && ::ftruncate(fd_, size_) != 0) return cannot_write();
   const ssize_t written = ::write(fd_, line.data(), line.size());
   if (written >= 0 && written < static_cast<ssize_t>(line.size())) errno = ENOSPC;
-  if (written == static_cast<ssize_t>(line.size()) && ::fdatasync(fd_) == 0) {
+  const bool repeated = event.kind == SpoolEvent::Kind::stored;
+  if (written == static_cast<ssize_t>(line.size()) && (repeated || ::fdatasync(fd_) == 0)) {
     size_ += written;
     return {};
   }

@@ -20,7 +20,8 @@ class SpoolJournal {
   SpoolJournal& operator=(SpoolJournal&& other) noexcept;
   ~SpoolJournal();
 
-  // Appends an event and syncs it. After an error, as on a full disk, the journal is as it was.
+  // Appends an event and syncs it, but for what the host repeats should it be lost: that a file is stored there. After
+  // an error, as on a full disk, the journal is as it was.
   Result<void> append(const SpoolEvent& event);
 
  private:

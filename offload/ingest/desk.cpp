@@ -267,6 +267,7 @@ void Desk::publish_end(const std::string& scan_id) {
 }
 
 void Desk::forget_gone() {
+  receiver_.tidy();
   const auto now = std::chrono::steady_clock::now();
   for (const auto& [peer, device] : conversations_) {
     if (now - device.last_heard > device.deadline) {

@@ -4,13 +4,8 @@
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/sha256.h"
 
-#include <fcntl.h>
 #include <spdlog/spdlog.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <map>
 #include <system_error>
 
@@ -26,25 +21,6 @@ constexpr std::size_t hash_length = 64;
 
 wire::FileEntry entry_of(const StoredFile& file) {
   return {file.name, file.size, file.sha256};
-}
-
-// Writes all of data at `offset` of a file, which is created if need be.
-Result<void> write_at(const fs::path& file, std::uint64_t offset, std::string_view data) {
-  const int fd = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
-  bool good = fd >= 0;
-  while (good && !data.empty()) {
-    const ssize_t written = ::pwrite(fd, data.data(), data.size(), static_cast<off_t>(offset));
-    if (written < 0 && errno == EINTR) continue;
-    good = written > 0;
-    if (!good) break;
-    offset += static_cast<std::uint64_t>(written);
-    data.remove_prefix(static_cast<std::size_t>(written));
-  }
-  const int code = errno;
-  if (fd >= 0) ::close(fd);
-  if (good) return {};
-  return fail("cannot store a file", file.string() + " (" + std::strerror(code) + ")",
-              code == ENOSPC || code == EDQUOT ? "free some disk space on the host" : "");
 }
 
 std::uint64_t size_or_zero(const fs::path& file) {
@@ -122,16 +98,16 @@ Result<wire::ScanState> Receiver::state(const std::string& scan_id) {
   return state;
 }
 
-Result<std::optional<wire::Message>> Receiver::accept(const wire::FileChunk& chunk) {
+// The answer to a chunk that is not written, if it is not: its file is here, or its scan takes no files.
+Result<std::optional<wire::Message>> Receiver::answer_unwritten(const wire::FileChunk& chunk, bool& wanted) {
   using Answer = std::optional<wire::Message>;
-  const std::uint64_t end = chunk.offset + chunk.data.size();
-  counts_.received_bytes += chunk.data.size();
+  wanted = false;
   const Result<std::optional<StoredScan>> scan = store_.scan(chunk.scan);
   if (!scan) return tl::unexpected(scan.error());
   const Result<std::optional<StoredFile>> stored = store_.file(chunk.scan, chunk.file.name);
   if (!stored) return tl::unexpected(stored.error());
   if (*stored && (*stored)->sha256 == chunk.file.sha256) {
-    if (end < chunk.file.size) return Answer();
+    if (chunk.offset + chunk.data.size() < chunk.file.size) return Answer();
     return Answer(wire::FileAck{chunk.scan, chunk.file.name, chunk.file.sha256});
   }
   if (!*scan || (*scan)->phase != StorePhase::receiving) {
@@ -139,11 +115,25 @@ Result<std::optional<wire::Message>> Receiver::accept(const wire::FileChunk& chu
     if (!now) return tl::unexpected(now.error());
     return Answer(std::move(*now));
   }
-  if (chunk.file.size > max_file_bytes_) return fail("a file is larger than the host takes", chunk.file.name);
+  wanted = true;
+  return Answer();
+}
 
+Result<std::optional<wire::Message>> Receiver::accept(const wire::FileChunk& chunk) {
+  using Answer = std::optional<wire::Message>;
+  const std::uint64_t end = chunk.offset + chunk.data.size();
+  counts_.received_bytes += chunk.data.size();
+  if (chunk.file.size > max_file_bytes_) return fail("a file is larger than the host takes", chunk.file.name);
   const fs::path part = part_of(chunk.scan, chunk.file.name, chunk.file.sha256);
   if (finishing_.contains(part)) return Answer();  // sent twice
-  const std::uint64_t held = size_or_zero(part);
+  // The catalogue is asked at the first chunk of a file and at the last.
+  const std::optional<std::uint64_t> open = parts_.held(part);
+  if (!open || end >= chunk.file.size) {
+    bool wanted = false;
+    Result<Answer> answer = answer_unwritten(chunk, wanted);
+    if (!answer || !wanted) return answer;
+  }
+  const std::uint64_t held = open ? *open : size_or_zero(part);
   if (chunk.offset > held) {
     if (!resuming_.insert(part).second) return Answer();
     ++counts_.resumed_files;
@@ -151,11 +141,13 @@ Result<std::optional<wire::Message>> Receiver::accept(const wire::FileChunk& chu
   }
   resuming_.erase(part);
   if (end > held || chunk.file.size == 0) {
-    if (Result<void> written = write_at(part, chunk.offset, chunk.data); !written) {
+    if (const Result<std::uint64_t> opened = parts_.open(part); !opened) return tl::unexpected(opened.error());
+    if (Result<void> written = parts_.write(part, chunk.offset, chunk.data); !written) {
       return tl::unexpected(written.error());
     }
   }
   if (std::max(end, held) < chunk.file.size) return Answer();
+  parts_.hand_over(part);
   finishing_.insert(part);
   finisher_.add({chunk.scan, chunk.file, part});
   return Answer();

@@ -6,6 +6,7 @@
 #include "common/wire/wire.h"
 #include "offload/ingest/finisher.h"
 #include "offload/ingest/link_board.h"
+#include "offload/ingest/part_files.h"
 #include "offload/store/store.h"
 
 #include <cstdint>
@@ -55,7 +56,11 @@ class Receiver {
   // the job (`queued` becomes true), or fails the scan. Returns the scan's state then.
   Result<wire::ScanState> close(const wire::ScanClose& manifest, bool& queued);
 
+  // To be called now and then: gives back what files hold that were removed while they were received.
+  void tidy() { parts_.close_removed(); }
+
  private:
+  Result<std::optional<wire::Message>> answer_unwritten(const wire::FileChunk& chunk, bool& wanted);
   std::filesystem::path part_of(const std::string& scan_id, const std::string& name, const std::string& sha256) const;
   Result<void> remove_unlisted(const wire::ScanClose& manifest);
 
@@ -64,6 +69,7 @@ class Receiver {
   LinkCounts& counts_;
   std::set<std::filesystem::path> finishing_;  // parts that are the finisher's
   std::set<std::filesystem::path> resuming_;   // parts whose sender was asked to resume and has not yet
+  PartFiles parts_;
   Finisher finisher_;
 };
 

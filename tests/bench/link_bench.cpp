@@ -5,10 +5,9 @@
 //   fleet       8 devices at once, 1,000 scans of 10 small frames
 //   line        125 keyframes of 2 MiB over 20 Mbit/s with 50 ms and 1 % loss, between network namespaces (needs root)
 //
-// Host and devices are processes of their own: this program runs itself as the devices.
+// Host and devices are processes of their own: this one is the host, link_device.cpp the devices.
 #include "common/bundle/atomic_file.h"
 #include "common/metrics/process_usage.h"
-#include "device/uplink/uplink.h"
 #include "offload/ingest/ingest_server.h"
 #include "tests/device/spool/scan_support.h"
 
@@ -25,17 +24,14 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using Clock = std::chrono::steady_clock;
+
+constexpr double mib = 1 << 20;
 
 void line(const std::string& name, const char* metric, double value, const char* unit) {
   const nlohmann::ordered_json out = {
       {"bench", "link"}, {"case", name}, {"metric", metric}, {"value", value}, {"unit", unit}};
   std::puts(out.dump().c_str());
   std::fflush(stdout);
-}
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
 [[noreturn]] void give_up(const std::string& why) {
@@ -49,86 +45,12 @@ T must(Result<T> result) {
   if constexpr (!std::is_void_v<T>) return std::move(*result);
 }
 
-// Peak resident memory of a process, MiB.
-double peak_memory(const std::string& process) {
-  std::ifstream status("/proc/" + process + "/status");
-  for (std::string word; status >> word;) {
-    double kib = 0;
-    if (word == "VmHWM:" && status >> kib) return kib / 1024.0;
-  }
-  return 0;
-}
-
 struct Work {
   int devices = 1;
   int scans = 1;       // of each device
   int keyframes = 10;  // of each scan
   std::size_t bytes = 2 << 20;
 };
-
-// Time from a keyframe being spooled to its acknowledgement, milliseconds, of every keyframe of a scan.
-std::vector<double> follow(Spool& spool, const Scan& scan, const std::vector<Clock::time_point>& spooled) {
-  std::vector<double> waits(spooled.size(), -1.0);
-  while (true) {
-    const SpooledScan now = *spool.scan(scan.id);
-    for (std::size_t i = 0; i < spooled.size(); ++i) {
-      const SpooledFile* file = find_file(now.files, keyframe_name(static_cast<int>(i)));
-      if (waits[i] < 0 && file->phase == SpooledFilePhase::acknowledged) waits[i] = 1000.0 * seconds_since(spooled[i]);
-    }
-    if (now.phase == SpoolPhase::acknowledged) return waits;
-    ::usleep(500);
-  }
-}
-
-// The device's process: says "ready" on stdout when its first scan is spooled, starts at a line on stdin, and says what
-// it measured.
-int device(const fs::path& folder, const std::string& endpoint, const std::string& host_key, const Work& work) {
-  const auto spool = must(Spool::open(folder / "spool"));
-  UplinkOptions options;
-  options.host = endpoint;
-  options.host_public_key = host_key;
-  options.keys = must(read_key_pair(folder / "device.key"));
-  options.device_name = folder.filename().string();
-  must(options.check());
-
-  std::vector<int> indices(static_cast<std::size_t>(work.keyframes));
-  std::iota(indices.begin(), indices.end(), 0);
-  const auto seed = std::hash<std::string>{}(options.device_name);
-  Scan scan = small_scan();
-  if (work.scans == 1) must(spool_scan(*spool, scan, indices, work.bytes, seed));
-  std::puts("ready");
-  std::fflush(stdout);
-  std::getchar();
-
-  const Clock::time_point start = Clock::now();
-  const double before = processor_seconds();
-  Uplink uplink(options, *spool);
-  std::vector<double> waits;
-  for (int i = 0; i < work.scans; ++i) {
-    if (work.scans > 1) {
-      scan = small_scan();
-      must(spool->open_scan(scan));
-      std::vector<Clock::time_point> spooled;
-      for (const int index : indices) {
-        const auto picture = small_keyframe(seed + static_cast<std::uint64_t>(i * work.keyframes + index), work.bytes);
-        must(spool->add_file(scan.id, keyframe_name(index), picture));
-        spooled.push_back(Clock::now());
-      }
-      must(spool->close_scan(scan, small_records(work.keyframes, indices)));
-      const std::vector<double> of_scan = follow(*spool, scan, spooled);
-      waits.insert(waits.end(), of_scan.begin(), of_scan.end());
-    } else {
-      follow(*spool, scan, {});
-    }
-  }
-  std::printf("%s\n", json{{"seconds", seconds_since(start)},
-                           {"memory_mib", peak_memory("self")},
-                           {"cpu_seconds", processor_seconds() - before},
-                           {"waits_ms", waits}}
-                          .dump()
-                          .c_str());
-  return 0;
-}
 
 // A device's process as the host sees it.
 struct Child {
@@ -163,12 +85,19 @@ Child start(const std::vector<std::string>& words) {
   return {pid, ::fdopen(in[1], "w"), ::fdopen(out[0], "r")};
 }
 
+// Lies beside this program.
+fs::path device_program() {
+  return fs::read_symlink("/proc/self/exe").parent_path() / "link_device";
+}
+
 struct Outcome {
   double seconds = 0;         // of the slowest device
   double host_cpu = 0;        // seconds
   double device_cpu = 0;      // seconds, all devices together
-  double device_memory = 0;   // MiB, of the largest
-  double host_memory = 0;     // MiB
+  double device_memory = 0;   // MiB, the most of the largest
+  double device_growth = 0;   // MiB, from a fifth of the scans on, of the one that grows most
+  double host_memory = 0;     // MiB, the most
+  double host_growth = 0;     // MiB, from a fifth of the scans on
   std::vector<double> waits;  // milliseconds
 };
 
@@ -183,8 +112,12 @@ Outcome run(const fs::path& folder, const std::string& endpoint, const std::vect
   options.keys = make_key_pair();
   options.allow_list = folder / "devices";
   must(options.check());
+  const int all = work.devices * work.scans;
   std::atomic<int> queued = 0;
-  IngestServer server(options, *store, [&](const std::string&) { ++queued; });
+  std::atomic<double> early = 0;
+  IngestServer server(options, *store, [&](const std::string&) {
+    if (++queued == std::max(all / 5, 1)) early = resident_bytes();
+  });
   std::vector<Child> children;
   std::vector<fs::path> folders;
   for (int i = 0; i < work.devices; ++i) {
@@ -198,9 +131,8 @@ Outcome run(const fs::path& folder, const std::string& endpoint, const std::vect
   for (const fs::path& mine : folders) {
     std::vector<std::string> words = prefix;
     for (const std::string& word :
-         {fs::read_symlink("/proc/self/exe").string(), std::string("device"), mine.string(), server.endpoint(),
-          options.keys.public_key, std::to_string(work.devices), std::to_string(work.scans),
-          std::to_string(work.keyframes), std::to_string(work.bytes)}) {
+         {device_program().string(), mine.string(), server.endpoint(), options.keys.public_key,
+          std::to_string(work.scans), std::to_string(work.keyframes), std::to_string(work.bytes)}) {
       words.push_back(word);
     }
     children.push_back(start(words));
@@ -219,6 +151,7 @@ Outcome run(const fs::path& folder, const std::string& endpoint, const std::vect
     if (!said.is_object()) give_up("a device failed");
     outcome.seconds = std::max(outcome.seconds, said.at("seconds").get<double>());
     outcome.device_memory = std::max(outcome.device_memory, said.at("memory_mib").get<double>());
+    outcome.device_growth = std::max(outcome.device_growth, said.at("memory_growth_mib").get<double>());
     outcome.device_cpu += said.at("cpu_seconds").get<double>();
     for (const json& wait : said.at("waits_ms")) outcome.waits.push_back(wait);
     std::fclose(child.to);
@@ -226,8 +159,9 @@ Outcome run(const fs::path& folder, const std::string& endpoint, const std::vect
     ::waitpid(child.pid, nullptr, 0);
   }
   outcome.host_cpu = processor_seconds() - before;
-  outcome.host_memory = peak_memory("self");
-  if (queued != work.devices * work.scans) give_up("scans were lost or doubled");
+  outcome.host_memory = peak_resident_bytes() / mib;
+  outcome.host_growth = (resident_bytes() - early) / mib;
+  if (queued != all) give_up("scans were lost or doubled");
   server.stop();
   fs::remove_all(folder);
   return outcome;
@@ -255,7 +189,9 @@ void fleet(const fs::path& folder) {
   line("fleet", "acknowledgement_p50", share(0.5), "ms");
   line("fleet", "acknowledgement_p99", share(0.99), "ms");
   line("fleet", "device_memory", outcome.device_memory, "MiB");
+  line("fleet", "device_memory_growth", outcome.device_growth, "MiB");
   line("fleet", "host_memory", outcome.host_memory, "MiB");
+  line("fleet", "host_memory_growth", outcome.host_growth, "MiB");
 }
 
 void shell(const std::string& command, bool needed = true) {
@@ -314,10 +250,5 @@ int bench(const std::vector<std::string>& words) {
 
 int main(int argc, char** argv) {
   spdlog::set_level(spdlog::level::warn);
-  const std::vector<std::string> words(argv + 1, argv + argc);
-  if (words.size() == 8 && words[0] == "device") {
-    return gyre::device(words[1], words[2], words[3],
-                        {std::stoi(words[4]), std::stoi(words[5]), std::stoi(words[6]), std::stoul(words[7])});
-  }
-  return gyre::bench(words);
+  return gyre::bench({argv + 1, argv + argc});
 }

@@ -3,13 +3,33 @@
 
 #include "common/bundle/ulid.h"
 
+#include <turbojpeg.h>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
-#include <opencv2/imgcodecs.hpp>
 #include <random>
 
 namespace gyre {
+
+namespace {
+
+// 16 x 16 pixels of one colour.
+std::vector<unsigned char> small_jpeg(unsigned char blue) {
+  constexpr int side = 16;
+  constexpr int quality = 95;
+  std::vector<unsigned char> pixels;
+  for (int i = 0; i < side * side; ++i) pixels.insert(pixels.end(), {blue, 80, 160});
+  const tjhandle handle = tjInitCompress();
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  tjCompress2(handle, pixels.data(), side, 0, side, TJPF_BGR, &bytes, &size, TJSAMP_420, quality, 0);
+  std::vector<unsigned char> jpeg(bytes, bytes + size);
+  tjFree(bytes);
+  tjDestroy(handle);
+  return jpeg;
+}
+
+}  // namespace
 
 Scan small_scan() {
   Scan scan;
@@ -22,9 +42,7 @@ Scan small_scan() {
 }
 
 std::vector<std::byte> small_keyframe(std::uint64_t seed, std::size_t size) {
-  const cv::Mat image(16, 16, CV_8UC3, cv::Scalar(static_cast<double>(seed % 256), 80, 160));
-  std::vector<unsigned char> jpeg;
-  cv::imencode(".jpg", image, jpeg);
+  std::vector<unsigned char> jpeg = small_jpeg(static_cast<unsigned char>(seed % 256));
   std::mt19937_64 random(seed);
   while (jpeg.size() < size) jpeg.push_back(static_cast<unsigned char>(random() & 0xff));
   const auto bytes = std::as_bytes(std::span(jpeg));
