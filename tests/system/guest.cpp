@@ -33,7 +33,7 @@ bool is_installed(const char* program) {
 std::string Guest::lacking() {
   if (!fs::exists(kernel() / "linux"))
     return "no user-mode Linux kernel at " + kernel().string() +
-           ": set GYRE_UML to a folder with linux and lib/modules";
+           ": `./dev test --all` builds one, or set GYRE_UML to a folder with linux and lib/modules";
   for (const char* const program : {"busybox", "modprobe", "python3", "v4l2-ctl"}) {
     if (!is_installed(program)) return std::string("not installed here: ") + program + " (./dev setup --all)";
   }

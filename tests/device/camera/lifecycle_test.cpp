@@ -114,6 +114,43 @@ TEST_P(CameraLifecycle, StartsAndStopsInEveryOrder) {
   }
 }
 
+// Every sequence of three steps, with every number of buffers.
+TEST_P(CameraLifecycle, EveryPatternOfStartsAndStops) {
+  enum Step { start, stop, take_one };
+  constexpr int steps = 3, patterns = steps * steps * steps;
+  for (int buffers = 1; buffers <= 8; ++buffers) {
+    const std::unique_ptr<CameraDevice> camera = open(buffers);
+    ASSERT_TRUE(camera);
+    bool is_started = false;
+    int taken = 0;
+    for (int pattern = 0; pattern < patterns; ++pattern) {
+      for (int rest = pattern, i = 0; i < steps; ++i, rest /= steps) {
+        SCOPED_TRACE(std::to_string(buffers) + " buffers, pattern " + std::to_string(pattern));
+        switch (rest % steps) {
+          case start:
+            ASSERT_TRUE(camera->start());
+            if (!std::exchange(is_started, true)) taken = 0;
+            break;
+          case stop:
+            camera->stop();
+            is_started = false;
+            expect_settled(*camera);
+            break;
+          case take_one:
+            if (is_started) {
+              take(*camera, 1, taken++);
+            } else {
+              EXPECT_FALSE(camera->next(0ms));
+            }
+            break;
+        }
+      }
+    }
+    camera->stop();
+    expect_settled(*camera);
+  }
+}
+
 TEST_P(CameraLifecycle, WorksWithOneToEightBuffers) {
   for (int buffers = 1; buffers <= 8; ++buffers) {
     const std::unique_ptr<CameraDevice> camera = open(buffers);
