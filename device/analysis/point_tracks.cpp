@@ -16,10 +16,15 @@ void PointTracks::add(const cv::Mat& luma) {
   std::vector<cv::Point2f> there = positions_, back;
   std::vector<unsigned char> found, returned;
   std::vector<float> error;
-  const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.02);
+  const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.03);
   cv::calcOpticalFlowPyrLK(view_pyramid_, pyramid_, view_positions_, there, found, error, window, options_.levels,
                            until, cv::OPTFLOW_USE_INITIAL_FLOW);
-  cv::calcOpticalFlowPyrLK(pyramid_, view_pyramid_, there, back, returned, error, window, options_.levels, until);
+  // The way back is looked for around where it should end, so that the upper levels, where it would be found from far
+  // away, can be left out; a point that is not the same one leads elsewhere from there, too.
+  constexpr int levels_back = 1;
+  back = view_positions_;
+  cv::calcOpticalFlowPyrLK(pyramid_, view_pyramid_, there, back, returned, error, window, levels_back, until,
+                           cv::OPTFLOW_USE_INITIAL_FLOW);
   const cv::Rect2f inside(0, 0, static_cast<float>(luma.cols - 1), static_cast<float>(luma.rows - 1));
   std::size_t kept = 0;
   for (std::size_t i = 0; i < positions_.size(); ++i) {
