@@ -43,14 +43,27 @@ void PointTracks::add(const cv::Mat& luma) {
 void PointTracks::refill() {
   view_pyramid_ = pyramid_;
   view_positions_ = positions_;
-  const int wanted = options_.most - static_cast<int>(positions_.size());
-  if (wanted <= 0 || luma_.empty()) return;
+  if (luma_.empty()) return;
   cv::Mat free(luma_.size(), CV_8U, cv::Scalar(255));
   for (const cv::Point2f& point : positions_)
     cv::circle(free, point, static_cast<int>(options_.spacing), cv::Scalar(0), -1);
-  constexpr double quality = 0.005;
+  // In each part of the picture for itself: before a wall full of corners those of a dark figure would all be too weak.
+  constexpr int parts = 4;  // along each side
+  constexpr double quality = 0.02;
   std::vector<cv::Point2f> corners;
-  cv::goodFeaturesToTrack(luma_, corners, wanted, quality, options_.spacing, free);
+  for (int part = 0; part < parts * parts; ++part) {
+    const int column = part % parts, row = part / parts;
+    const cv::Rect cell(cv::Point(luma_.cols * column / parts, luma_.rows * row / parts),
+                        cv::Point(luma_.cols * (column + 1) / parts, luma_.rows * (row + 1) / parts));
+    int inside = 0;
+    for (const cv::Point2f& point : positions_) inside += cell.contains(cv::Point(point)) ? 1 : 0;
+    const int more = (options_.most + parts * parts - 1) / (parts * parts) - inside;
+    if (more <= 0) continue;
+    std::vector<cv::Point2f> found;
+    cv::goodFeaturesToTrack(luma_(cell), found, more, quality, options_.spacing, free(cell));
+    for (const cv::Point2f& corner : found)
+      corners.push_back(corner + cv::Point2f(static_cast<float>(cell.x), static_cast<float>(cell.y)));
+  }
   for (const cv::Point2f& corner : corners) {
     positions_.push_back(corner);
     ids_.push_back(next_id_++);
