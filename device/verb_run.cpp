@@ -94,11 +94,11 @@ std::vector<HealthCheck> health_of(const LiveSession& session) {
   const auto camera = [&session]() -> std::optional<std::string> {
     const LiveStatus status = session.status();
     if (status.state == SessionState::fault) return status.fault;
-    if (status.conditions[static_cast<std::size_t>(Condition::camera_lost)]) return "the camera does not answer";
+    if (status.is_raised(Condition::camera_lost)) return "the camera does not answer";
     return std::nullopt;
   };
   const auto disk = [&session]() -> std::optional<std::string> {
-    if (session.status().conditions[static_cast<std::size_t>(Condition::disk_low)]) return "the disk is nearly full";
+    if (session.status().is_raised(Condition::disk_low)) return "the disk is nearly full";
     return std::nullopt;
   };
   return {{"camera", camera}, {"disk", disk}};

@@ -196,6 +196,29 @@ double CameraMotionEstimator::subject_motion(const View& view) const {
   return errors.size() >= options_.least_points / 2 ? quantile(std::move(errors), 0.75) : 0.0;
 }
 
+std::optional<double> CameraMotionEstimator::subject_share() const {
+  constexpr double least_turn = 8.0 * M_PI / 180.0;  // below which the radius is not known
+  constexpr double nearest = 0.4, farthest = 1.3;    // of the radius
+  const View& now = window_.back();
+  const auto then = std::find_if(window_.rbegin(), window_.rend(), [&](const View& view) {
+    return angle_between(view.cam_from_first.rotation, now.cam_from_first.rotation) >= least_turn;
+  });
+  if (then == window_.rend()) return std::nullopt;
+  const double turn = angle_between(then->cam_from_first.rotation, now.cam_from_first.rotation);
+  const double chord = (centre_of(now.cam_from_first) - centre_of(then->cam_from_first)).norm();
+  const double radius = chord / (2.0 * std::sin(0.5 * turn));
+  std::size_t there = 0, all = 0;
+  for (const auto& [id, at] : now.seen) {
+    const auto point = points_.find(id);
+    if (point == points_.end() || !is_in_the_middle(at)) continue;
+    const double depth = (now.cam_from_first * point->second).z();
+    if (depth > nearest * radius && depth < farthest * radius) ++there;
+    ++all;
+  }
+  // Points that have no place in spite of such a turn are far away.
+  return all < options_.least_points / 2 ? 0.0 : static_cast<double>(there) / static_cast<double>(all);
+}
+
 // The view joins the window; new points begin in it.
 void CameraMotionEstimator::keep(View now) {
   tracks_.refill();
@@ -230,6 +253,7 @@ CameraMotion CameraMotionEstimator::add(const cv::Mat& luma, double time) {
     window_.clear();
     points_.clear();
     keep(now);
+    subject_share_.reset();
     motion.is_view = true;
   } else if (far || few) {
     keep(now);
@@ -238,6 +262,7 @@ CameraMotion CameraMotionEstimator::add(const cv::Mat& luma, double time) {
     forget_wrong_points();
     now.cam_from_first = window_.back().cam_from_first;
     measure_distance(window_.back());
+    subject_share_ = subject_share();
     motion.is_view = true;
   }
   now_from_last_ = now.cam_from_first * last_.inverse();
@@ -246,6 +271,7 @@ CameraMotion CameraMotionEstimator::add(const cv::Mat& luma, double time) {
   last_time_ = time;
   motion.cam_from_first = now.cam_from_first;
   motion.subject_distance = distance_;
+  motion.subject_share = subject_share_;
   return motion;
 }
 

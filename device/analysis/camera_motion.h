@@ -34,6 +34,9 @@ struct CameraMotion {
   bool is_view = false;           // points joined and places were adjusted in this frame
   double subject_distance = 1.0;  // to what stands nearest in the middle of the picture, the same unit
   double subject_motion = 0.0;    // pixels; see below
+  // Share of the points in the middle of the picture that stand where the camera's way turns around; nothing while it
+  // does not turn, or is not known.
+  std::optional<double> subject_share;
 };
 
 // Visual odometry: points are followed, a few recent views and the points' places are adjusted together, and every
@@ -41,6 +44,9 @@ struct CameraMotion {
 //
 // The subject's own motion is the upper quartile of its points' reprojection errors, what the camera and a rigid scene
 // leave: leaning, turning and limbs. A shift of the whole subject looks like one of the camera and is not seen.
+//
+// A camera that goes around somebody has them at the radius of its way. When nobody stands there the middle of the
+// picture shows the room behind, at a multiple of it; and of a camera that pans on the spot the radius is none.
 class CameraMotionEstimator {
  public:
   // camera: of frames as they were recorded; the luma may be smaller.
@@ -65,6 +71,7 @@ class CameraMotionEstimator {
   void forget_wrong_points();
   void measure_distance(const View& view);
   double subject_motion(const View& view) const;
+  std::optional<double> subject_share() const;
   double median_way(const View& from, const View& to) const;
   bool is_in_the_middle(const Eigen::Vector2d& at) const;
   double limit() const;
@@ -78,6 +85,7 @@ class CameraMotionEstimator {
   Pose now_from_last_;                     // of the last two frames
   Pose last_;
   double distance_ = 1.0;
+  std::optional<double> subject_share_;  // at the last view
   double last_time_ = 0.0;
   double last_interval_ = 0.0;
 };

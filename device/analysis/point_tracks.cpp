@@ -16,10 +16,15 @@ void PointTracks::add(const cv::Mat& luma) {
   std::vector<cv::Point2f> there = positions_, back;
   std::vector<unsigned char> found, returned;
   std::vector<float> error;
-  const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.02);
+  const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.03);
   cv::calcOpticalFlowPyrLK(view_pyramid_, pyramid_, view_positions_, there, found, error, window, options_.levels,
                            until, cv::OPTFLOW_USE_INITIAL_FLOW);
-  cv::calcOpticalFlowPyrLK(pyramid_, view_pyramid_, there, back, returned, error, window, options_.levels, until);
+  // The way back is looked for around where it should end, so that the upper levels, where it would be found from far
+  // away, can be left out; a point that is not the same one leads elsewhere from there, too.
+  constexpr int levels_back = 1;
+  back = view_positions_;
+  cv::calcOpticalFlowPyrLK(pyramid_, view_pyramid_, there, back, returned, error, window, levels_back, until,
+                           cv::OPTFLOW_USE_INITIAL_FLOW);
   const cv::Rect2f inside(0, 0, static_cast<float>(luma.cols - 1), static_cast<float>(luma.rows - 1));
   std::size_t kept = 0;
   for (std::size_t i = 0; i < positions_.size(); ++i) {
@@ -38,14 +43,27 @@ void PointTracks::add(const cv::Mat& luma) {
 void PointTracks::refill() {
   view_pyramid_ = pyramid_;
   view_positions_ = positions_;
-  const int wanted = options_.most - static_cast<int>(positions_.size());
-  if (wanted <= 0 || luma_.empty()) return;
+  if (luma_.empty()) return;
   cv::Mat free(luma_.size(), CV_8U, cv::Scalar(255));
   for (const cv::Point2f& point : positions_)
     cv::circle(free, point, static_cast<int>(options_.spacing), cv::Scalar(0), -1);
-  constexpr double quality = 0.005;
+  // In each part of the picture for itself: before a wall full of corners those of a dark figure would all be too weak.
+  constexpr int parts = 4;  // along each side
+  constexpr double quality = 0.02;
   std::vector<cv::Point2f> corners;
-  cv::goodFeaturesToTrack(luma_, corners, wanted, quality, options_.spacing, free);
+  for (int part = 0; part < parts * parts; ++part) {
+    const int column = part % parts, row = part / parts;
+    const cv::Rect cell(cv::Point(luma_.cols * column / parts, luma_.rows * row / parts),
+                        cv::Point(luma_.cols * (column + 1) / parts, luma_.rows * (row + 1) / parts));
+    int inside = 0;
+    for (const cv::Point2f& point : positions_) inside += cell.contains(cv::Point(point)) ? 1 : 0;
+    const int more = (options_.most + parts * parts - 1) / (parts * parts) - inside;
+    if (more <= 0) continue;
+    std::vector<cv::Point2f> found;
+    cv::goodFeaturesToTrack(luma_(cell), found, more, quality, options_.spacing, free(cell));
+    for (const cv::Point2f& corner : found)
+      corners.push_back(corner + cv::Point2f(static_cast<float>(cell.x), static_cast<float>(cell.y)));
+  }
   for (const cv::Point2f& corner : corners) {
     positions_.push_back(corner);
     ids_.push_back(next_id_++);

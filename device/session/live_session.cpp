@@ -4,15 +4,13 @@
 #include "device/session/disk_watch.h"
 #include "device/session/frame_pump.h"
 #include "device/session/host_watch.h"
-#include "device/session/observer.h"
 #include "device/session/open_scan.h"
 #include "device/session/session_desk.h"
-#include "device/session/signals.h"
+#include "device/session/showing.h"
 
 #include <spdlog/spdlog.h>
 #include <algorithm>
 #include <atomic>
-#include <deque>
 #include <utility>
 #include <vector>
 
@@ -21,25 +19,11 @@ namespace gyre {
 namespace {
 
 constexpr std::chrono::milliseconds look_every{50};  // without a frame
-constexpr double idle_every = 0.2;                   // seconds; pictures are looked at while nothing is recorded
 constexpr double settle_grace = 5.0;                 // seconds that a camera may be late with its lock
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
-
-// How many frames came during the last second.
-class RateMeter {
- public:
-  void frame(double now) { times_.push_back(now); }
-  double rate(double now) {
-    while (!times_.empty() && times_.front() < now - 1.0) times_.pop_front();
-    return static_cast<double>(times_.size());
-  }
-
- private:
-  std::deque<double> times_;
-};
 
 }  // namespace
 
@@ -227,11 +211,7 @@ class LiveSession::Loop {
     if (!camera) return;  // it has settled, so it was open
     scan_.start_pass(*camera);
     save();
-    observer_.emplace(scan_.pass(), scan_.is_last_pass());
-    guidance_ = Guidance();
-    seen_ = {};
-    place_.reset();
-    cells_ = {};
+    showing_.begin_pass(scan_.pass(), scan_.is_last_pass());
     first_time_.reset();
     count_ = 0;
   }
@@ -292,22 +272,16 @@ class LiveSession::Loop {
   }
 
   void take(Frame frame) {
-    rate_.frame(now_);
-    const cv::Mat image = frame.image;
-    desk_.show(image);
+    desk_.show(frame.image);
     if (state_ != SessionState::pass) {
-      if (now_ - looked_at_ < idle_every) return;
-      looked_at_ = now_;
-      seen_ = observe_idle(now_, image);
+      showing_.idle_frame(now_, frame.image);
       return;
     }
     if (!first_time_) first_time_ = frame.time;
     frame.index = count_++;
     frame.time -= *first_time_;
     scan_.add(std::move(frame));
-    const PassRecorder& recorder = *scan_.recorder();
-    place_ = recorder.place();
-    seen_ = observer_->add(recorder.reading(), place_, recorder.map());
+    showing_.recorded_frame(now_, *scan_.recorder());
   }
 
   void hear(const PumpNews& news) {
@@ -348,50 +322,14 @@ class LiveSession::Loop {
 
   // --- What is shown.
 
-  void guide() {
-    seen_.time = now_;
-    seen_.is_recording = state_ == SessionState::pass;
-    seen_.has_camera = !is_lost_;
-    seen_.has_disk = !disk_.is_low();
-    seen_.has_host = host_.is_there();
-    guidance_.update(seen_);
-  }
+  void guide() { showing_.guide(now_, {state_ == SessionState::pass, !is_lost_, !disk_.is_low(), host_.is_there()}); }
 
   void publish() {
-    LiveStatus status;
-    status.state = state_;
-    if (scan_.scan() && state_ != SessionState::idle) status.scan = scan_.scan()->id;
-    status.pass = scan_.pass();
+    LiveStatus status = showing_.status(now_, state_, scan_, host_);
     if (state_ == SessionState::fault) status.fault = fault_;
     status.notice = notice_;
-    status.signal = signal_of(state_, guidance_);
-    status.conditions = guidance_.conditions();
-    if (const PassRecorder* const recorder = scan_.recorder()) {
-      frames_ = recorder->frames();
-      show_map(recorder->map());
-    }
-    if (place_) {
-      if (place_->place.known) status.azimuth = place_->place.azimuth;
-      status.band = place_->band;
-    }
-    status.cells = cells_;
-    status.frames = frames_;
-    status.keyframes = host_.keyframes();
-    status.acknowledged = host_.acknowledged();
-    status.frames_per_second = rate_.rate(now_);
     status.disk_free_mib = static_cast<double>(disk_.left()) / (1 << 20);
-    status.host = host_.status();
-    desk_.tell(status);
-  }
-
-  void show_map(const CoverageMap& map) {
-    for (const Band band : all_bands) {
-      for (int sector = 0; sector < CoverageMap::sectors; ++sector) {
-        const CoverageCell& cell = map.cell(band, sector);
-        cells_[static_cast<std::size_t>(band)][static_cast<std::size_t>(sector)] = {cell.best_frame >= 0,
-                                                                                    cell.is_covered(), cell.quality};
-      }
-    }
+    desk_.tell(std::move(status));
   }
 
   Cameras cameras_;
@@ -410,21 +348,15 @@ class LiveSession::Loop {
   SessionEnd end_ = SessionEnd::stopped;
   bool is_leaving_ = false;
   double now_ = 0.0;
-  double armed_at_ = 0.0, looked_at_ = -1e9;  // seconds
+  double armed_at_ = 0.0;  // seconds
   bool wants_arming_ = false;
   bool is_lost_ = false;
   bool is_passing_fault_ = false;  // one that ends by itself
   std::string fault_, notice_, recovered_;
   std::optional<double> next_height_;  // of the scan that begins next, mm
-  std::optional<Observer> observer_;
-  Guidance guidance_;
-  Observation seen_;  // last
-  std::optional<CoverageReading> place_;
-  std::array<std::array<CellStatus, CoverageMap::sectors>, all_bands.size()> cells_{};
+  Showing showing_;
   std::optional<double> first_time_;  // of the pass, by the camera's clock
   int count_ = 0;                     // frames of the pass
-  int frames_ = 0;
-  RateMeter rate_;
 };
 
 LiveSession::LiveSession(Cameras cameras, Spool& spool, const std::filesystem::path& folder, const Uplink* uplink,

@@ -49,6 +49,8 @@ struct LiveStatus {
   double frames_per_second = 0.0;  // that are analysed, over the last second
   double disk_free_mib = 0.0;
   HostStatus host;
+
+  bool is_raised(Condition condition) const { return conditions[static_cast<std::size_t>(condition)]; }
 };
 
 }  // namespace gyre

@@ -57,6 +57,19 @@ std::optional<double> Observer::approach(double time, const CameraMotion& camera
   return camera.subject_distance / median(std::move(usual));
 }
 
+// Points of the subject come and go with what can be followed on it; of an empty middle there are none.
+std::optional<bool> Observer::subject(double time, const CameraMotion& camera) {
+  constexpr double gone = 0.05, back = 0.12;  // shares of the points in the middle
+  constexpr double memory = 1.0;              // seconds
+  if (camera.subject_share) {
+    has_subject_ = *camera.subject_share >= (has_subject_.value_or(true) ? gone : back);
+    subject_seen_at_ = time;
+  } else if (time - subject_seen_at_ > memory) {
+    has_subject_.reset();
+  }
+  return has_subject_;
+}
+
 bool Observer::is_complete(Band band, const CoverageMap& map) const {
   if (is_ring(band) && !is_closed_[static_cast<std::size_t>(band)]) return false;
   return map.share(band) >= 1.0;
@@ -74,6 +87,7 @@ Observation Observer::add(const FrameReading& frame, const std::optional<Coverag
   now.is_last_pass = is_last_pass_;
   if (frame.camera.known) now.subject_motion = frame.camera.subject_motion;
   now.distance = approach(frame.time, frame.camera);
+  now.has_subject = subject(frame.time, frame.camera);
   if (!place) return now;
 
   if (place->is_closed) is_closed_[static_cast<std::size_t>(place->band)] = true;

@@ -32,6 +32,7 @@ class Observer {
     double distance = 0.0;
   };
   std::optional<double> approach(double time, const CameraMotion& camera);
+  std::optional<bool> subject(double time, const CameraMotion& camera);
   std::optional<double> azimuth_rate(double time, const OrbitPlace& place);
   bool is_complete(Band band, const CoverageMap& map) const;
 
@@ -40,6 +41,8 @@ class Observer {
   std::array<bool, all_bands.size()> is_closed_{};  // rings that were walked all around
   std::deque<Way> way_;                             // of the last half second
   std::deque<Distance> distances_;                  // of the last seconds
+  std::optional<bool> has_subject_;                 // as far as it is known
+  double subject_seen_at_ = 0.0;                    // when it was known last
 };
 
 // What is known of a frame while nothing is recorded, from its picture alone.

@@ -6,6 +6,7 @@
 #include "device/session/operator_command.h"
 
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -26,16 +27,17 @@ class SessionDesk {
   using Listener = std::function<void(const LiveStatus&)>;
 
   void on_status(Listener listener) { listeners_.push_back(std::move(listener)); }
-  void tell(const LiveStatus& status) {
+  void tell(LiveStatus status) {
+    const auto told = std::make_shared<const LiveStatus>(std::move(status));
     {
       const std::lock_guard lock(mutex_);
-      status_ = status;
+      status_ = told;
     }
-    for (const Listener& listener : listeners_) listener(status);
+    for (const Listener& listener : listeners_) listener(*told);
   }
   LiveStatus status() const {
     const std::lock_guard lock(mutex_);
-    return status_;
+    return *status_;
   }
 
   void show(const cv::Mat& image) {
@@ -60,7 +62,7 @@ class SessionDesk {
   std::vector<Listener> listeners_;
   mutable std::mutex mutex_;  // guards what follows
   std::vector<OperatorCommand> commands_;
-  LiveStatus status_;
+  std::shared_ptr<const LiveStatus> status_ = std::make_shared<const LiveStatus>();
   std::optional<Preview> preview_;
 };
 

@@ -257,7 +257,7 @@ TEST_F(LiveSessionTest, ACameraThatIsLostInMidPassIsWaitedFor) {
   rig.wait_for_frames(60);
   switches_.is_there = false;
   const auto is_lost = [](const LiveStatus& status) {
-    return status.conditions[static_cast<std::size_t>(Condition::camera_lost)];
+    return status.is_raised(Condition::camera_lost);
   };
   const LiveStatus lost = rig.wait_until(is_lost, "lost");
   EXPECT_EQ(lost.state, State::pass);
@@ -354,7 +354,7 @@ TEST_F(LiveSessionTest, WithoutAHostRecordingGoesOnAndTheScanWaits) {
   const Uplink uplink(options, *spool);
   Rig rig(live_cameras(), folder(), Rig::quick(), &uplink, spool);
   const auto is_gone = [](const LiveStatus& status) {
-    return status.conditions[static_cast<std::size_t>(Condition::host_gone)];
+    return status.is_raised(Condition::host_gone);
   };
   rig.wait_until(is_gone, "host gone");
   rig.press();
