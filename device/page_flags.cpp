@@ -2,6 +2,7 @@
 #include "device/page_flags.h"
 
 #include "common/http/own_address.h"
+#include "common/http/page_options.h"
 #include "common/http/token.h"
 #include "device/page/device_page.h"
 #include "device/page/page_link.h"
@@ -24,27 +25,19 @@ void add_page_flags(CLI::App& verb, PageFlags& flags) {
 }
 
 Result<HttpOptions> page_options(const PageFlags& flags, const std::filesystem::path& spool) {
-  const Result<ListenAddress> where = parse_listen_address(flags.page);
-  if (!where) return tl::unexpected(where.error());
-  HttpOptions http;
-  http.address = where->address;
-  http.port = where->port;
-  http.link_source = "as `gyre-device status --link` shows it on the rig";
-  if (!where->is_open()) return http;
   std::error_code error;
   const bool is_first = !std::filesystem::exists(page_token(spool), error);
-  Result<std::string> token = read_or_make_token(page_token(spool));
-  if (!token) return tl::unexpected(token.error());
-  http.token = std::move(*token);
-  if (is_first) {
-    const Result<std::string> url = page_url(*where, spool);
-    if (!url) return tl::unexpected(url.error());
-    // Not into a log, which others may read.
-    if (::isatty(STDERR_FILENO) == 1) {
-      std::fprintf(stderr, "%s", page_link(*url).c_str());
-    } else {
-      spdlog::info("`gyre-device status --link` shows the link to the rig's page");
-    }
+  Result<HttpOptions> http = page_options(flags.page, page_token(spool));
+  if (!http) return http;
+  http->link_source = "as `gyre-device status --link` shows it on the rig";
+  if (http->token.empty() || !is_first) return http;
+  const Result<std::string> url = page_url({http->address, http->port}, spool);
+  if (!url) return tl::unexpected(url.error());
+  // Not into a log, which others may read.
+  if (::isatty(STDERR_FILENO) == 1) {
+    std::fprintf(stderr, "%s", page_link(*url).c_str());
+  } else {
+    spdlog::info("`gyre-device status --link` shows the link to the rig's page");
   }
   return http;
 }

@@ -20,8 +20,10 @@
 
 #include <spawn.h>
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <cstring>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 extern char** environ;
@@ -120,19 +122,19 @@ Result<std::unique_ptr<DevicePage>> open_page(const RunFlags& given, const Spool
     page.show(status);
     if (const std::optional<Preview> preview = session.preview()) page.preview(preview->image);
   });
-  // Without the token: others may read the log.
-  spdlog::info("the rig's page is on http://{}:{}", http->address, page->port());
+  spdlog::info("the rig's page is on {}", page->address());
   return page;
 }
 
 // The service manager hears that the session goes on, and what the operator is told.
 class Heartbeat {
  public:
-  explicit Heartbeat(const ServiceManager& manager) : manager_(manager) {}
+  // ready: what a line on standard output says once the session is under way.
+  Heartbeat(const ServiceManager& manager, nlohmann::json ready) : manager_(manager), ready_(std::move(ready)) {}
 
   void show(const LiveStatus& status) {
     const auto now = std::chrono::steady_clock::now();
-    if (!last_) log(manager_.ready());
+    if (!last_) say_ready();
     constexpr std::chrono::seconds usual{5};
     const std::chrono::microseconds due = manager_.watchdog() ? *manager_.watchdog() / 4 : usual;
     if (last_ && now - *last_ < due) return;
@@ -145,8 +147,14 @@ class Heartbeat {
   static void log(const Result<void>& told) {
     if (!told) spdlog::warn("{}", told.error().message());
   }
+  void say_ready() const {
+    std::printf("%s\n", ready_.dump().c_str());
+    std::fflush(stdout);
+    log(manager_.ready());
+  }
 
   const ServiceManager& manager_;
+  nlohmann::json ready_;
   std::optional<std::chrono::steady_clock::time_point> last_;
 };
 
@@ -200,7 +208,9 @@ int run(const RunFlags& given, const PanelOptions& panel_options) {
     notices.emplace(*uplink);
     session.on_status([&notices](const LiveStatus& status) { notices->show(status); });
   }
-  Heartbeat heartbeat(*manager);
+  nlohmann::json ready = {{"name", given.link.name}};
+  if (page && *page) ready["page"] = (*page)->address();
+  Heartbeat heartbeat(*manager, std::move(ready));
   session.on_status([&heartbeat](const LiveStatus& status) { heartbeat.show(status); });
 
   {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/http/listen_address.h"
-#include "common/http/token.h"
+#include "common/http/page_options.h"
 #include "common/keys/keys.h"
 #include "common/log/log_format.h"
 #include "common/service/service_manager.h"
@@ -59,20 +58,6 @@ Result<PipelineOptions> options_of_scan(const ServeFlags& given, const Store& st
   std::error_code error;
   if (std::filesystem::exists(picked, error)) flags.picked_landmarks = picked.string();
   return pipeline_options(flags, scan.height_mm);
-}
-
-// A token for whoever may connect from elsewhere is made in the store.
-Result<HttpOptions> page_address(const ServeFlags& given) {
-  const Result<ListenAddress> where = parse_listen_address(given.page);
-  if (!where) return tl::unexpected(where.error());
-  HttpOptions http;
-  http.address = where->address;
-  http.port = where->port;
-  if (!where->is_open()) return http;
-  Result<std::string> token = read_or_make_token(std::filesystem::path(given.store) / "page.token");
-  if (!token) return tl::unexpected(token.error());
-  http.token = std::move(*token);
-  return http;
 }
 
 RetentionPolicy retention_policy(const ServeFlags& given) {
@@ -210,7 +195,7 @@ int serve(const ServeFlags& given) {
   nlohmann::json ready = {{"endpoint", server.endpoint()}, {"public_key", keys->public_key}};
   std::unique_ptr<HostPage> page;
   if (given.page != "off") {
-    const Result<HttpOptions> http = page_address(given);
+    const Result<HttpOptions> http = page_options(given.page, std::filesystem::path(given.store) / "page.token");
     if (!http) return report_error(http.error());
     page = std::make_unique<HostPage>(HostPageOptions{*http, options.reserve_bytes}, **store, orbit_stages(),
                                       page_actions(*runner, **store, server.board()));

@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <future>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -26,6 +27,8 @@ constexpr int most_streams = 16;
 constexpr std::time_t keep_alive_s = 1;                   // stop() waits for idle connections that long
 constexpr std::chrono::milliseconds stop_patience{1500};  // and for the others that long
 constexpr std::size_t block_bytes = 1 << 16;
+// Of a body nobody takes: more than that, and the connection ends.
+constexpr std::uint64_t most_dropped_bytes = 64 << 20;
 
 const std::map<std::string, std::string>& headers_of_every_answer() {
   static const std::map<std::string, std::string> headers = {
@@ -72,7 +75,6 @@ HttpRequest request_of(const httplib::Request& from) {
   request.path = from.path;
   for (std::size_t i = 1; i < from.matches.size(); ++i) request.parts.push_back(from.matches[i].str());
   for (const auto& [name, value] : from.params) request.query.emplace(name, value);
-  request.body = from.body;
   return request;
 }
 
@@ -136,8 +138,9 @@ void set_socket_options(socket_t socket) {
   ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
 }
 
-// Ends every connection to that port of this process. The library does not tell which they are.
-void hang_up(int port) {
+// Ends the connections to that port of this process, or the one of them from that port of a peer. The library does not
+// tell which they are.
+void hang_up(int port, int peer_port = 0) {
   std::error_code error;
   for (auto it = std::filesystem::directory_iterator("/proc/self/fd", error);
        !error && it != std::filesystem::directory_iterator(); it.increment(error)) {
@@ -152,7 +155,11 @@ void hang_up(int port) {
     }
     // The port lies at the same place in both kinds of address.
     const bool internet = own.ss_family == AF_INET || own.ss_family == AF_INET6;
-    if (internet && ntohs(reinterpret_cast<const sockaddr_in&>(own).sin_port) == port) ::shutdown(fd, SHUT_RDWR);
+    const auto port_of = [](const sockaddr_storage& of) {
+      return static_cast<int>(ntohs(reinterpret_cast<const sockaddr_in&>(of).sin_port));
+    };
+    if (!internet || port_of(own) != port || (peer_port != 0 && port_of(peer) != peer_port)) continue;
+    ::shutdown(fd, SHUT_RDWR);
   }
 }
 
@@ -189,7 +196,14 @@ class HttpServer::Impl {
     server_.set_keep_alive_timeout(keep_alive_s);
     server_.set_keep_alive_max_count(1000);
     server_.set_tcp_nodelay(true);
-    server_.set_payload_max_length(std::max(options_.max_body_bytes, options_.max_upload_bytes));
+    // Its own limit is not for bodies in chunks, and it keeps what it reads.
+    server_.set_payload_max_length(std::numeric_limits<std::size_t>::max());
+    server_.set_pre_routing_handler([](const httplib::Request& request, httplib::Response& response) {
+      // The one method with a body that there can be no handler for.
+      if (request.method != "PRI") return httplib::Server::HandlerResponse::Unhandled;
+      send(error_response(405, "no such method"), response);
+      return httplib::Server::HandlerResponse::Handled;
+    });
     server_.set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
       for (const auto& [name, value] : headers_of_every_answer()) {
         if (!response.has_header(name)) response.set_header(name, value);
@@ -202,14 +216,47 @@ class HttpServer::Impl {
 
   httplib::Server::Handler guarded(Handler handler) {
     return [this, handler = std::move(handler)](const httplib::Request& request, httplib::Response& response) {
-      // The body has been read, whoever sent it: left in the connection it would be taken for the next request, and
-      // its headers for the sender's.
-      if (!let_in(request, response)) return;
-      if (request.body.size() > options_.max_body_bytes) {
-        send(error_response(413, "the request is too large"), response);
+      if (let_in(request, response)) send(handler(request_of(request)), response);
+    };
+  }
+
+  using Take = std::function<bool(std::string_view)>;
+
+  // Reads a body to its end, whoever sent it: left in the connection it would be taken for the next request, and its
+  // headers for the sender's. `take` gets it until it returns false, the rest is dropped; one that does not end even so
+  // ends the connection. False when it was not taken whole.
+  bool read_body(const httplib::Request& request, const httplib::ContentReader& content, const Take& take) const {
+    bool taking = !request.is_multipart_form_data();
+    std::uint64_t dropped = 0;
+    const auto receive = [&](const char* data, std::size_t length) {
+      taking = taking && take(std::string_view(data, length));
+      if (!taking) dropped += length;
+      return dropped <= most_dropped_bytes;
+    };
+    const bool ended = request.is_multipart_form_data()
+                           ? content([](const httplib::MultipartFormData&) { return true; }, receive)
+                           : content(receive);
+    if (!ended) hang_up(port_, request.remote_port);
+    return ended && taking;
+  }
+
+  static bool take_nothing(std::string_view) { return false; }
+
+  // Of methods that bring a body.
+  httplib::Server::HandlerWithContentReader guarded_body(Handler handler) {
+    return [this, handler = std::move(handler)](const httplib::Request& request, httplib::Response& response,
+                                                const httplib::ContentReader& content) {
+      if (!let_in(request, response)) {
+        read_body(request, content, take_nothing);
         return;
       }
-      send(handler(request_of(request)), response);
+      HttpRequest asked = request_of(request);
+      const bool whole = read_body(request, content, [&](std::string_view piece) {
+        if (asked.body.size() + piece.size() > options_.max_body_bytes) return false;
+        asked.body += piece;
+        return true;
+      });
+      send(whole ? handler(asked) : error_response(413, "the request is too large"), response);
     };
   }
 
@@ -217,16 +264,31 @@ class HttpServer::Impl {
     server_.Put(pattern,
                 [this, handler = std::move(handler)](const httplib::Request& request, httplib::Response& response,
                                                      const httplib::ContentReader& content) {
-                  if (!let_in(request, response)) return;
-                  const Reader read = [&](const std::function<bool(std::string_view)>& take) {
+                  if (!let_in(request, response)) {
+                    read_body(request, content, take_nothing);
+                    return;
+                  }
+                  bool is_read = false;
+                  const Reader read = [&](const Take& take) {
                     std::uint64_t got = 0;
-                    return content([&](const char* data, std::size_t length) {
-                      got += length;
-                      return got <= options_.max_upload_bytes && take(std::string_view(data, length));
+                    is_read = true;
+                    return read_body(request, content, [&](std::string_view piece) {
+                      got += piece.size();
+                      return got <= options_.max_upload_bytes && take(piece);
                     });
                   };
                   send(handler(request_of(request), read), response);
+                  if (!is_read) read_body(request, content, take_nothing);
                 });
+  }
+
+  // What no route is for would be read into memory by the library.
+  void add_last_routes() {
+    const auto nothing = guarded_body([](const HttpRequest&) { return error_response(404, "there is no such thing"); });
+    server_.Post(".*", nothing);
+    server_.Put(".*", nothing);
+    server_.Patch(".*", nothing);
+    server_.Delete(".*", nothing);
   }
 
   void add_stream(const std::string& pattern, const std::string& type, SourceMaker make) {
@@ -307,6 +369,7 @@ class HttpServer::Impl {
 
   Result<void> start() {
     if (const Result<void> valid = options_.check(); !valid) return valid;
+    add_last_routes();
     const std::string where = options_.address + ":" + std::to_string(options_.port);
     if (options_.port == 0) {
       port_ = server_.bind_to_any_port(options_.address);
@@ -334,11 +397,15 @@ class HttpServer::Impl {
     thread_.join();
   }
 
-  std::string url() const {
+  std::string address() const {
     std::string host = options_.address;
     if (host == "0.0.0.0" || host == "::") host = own_address();
     if (host.find(':') != std::string::npos) host = "[" + host + "]";
-    std::string url = "http://" + host + ":" + std::to_string(port_) + "/";
+    return "http://" + host + ":" + std::to_string(port_) + "/";
+  }
+
+  std::string url() const {
+    std::string url = address();
     if (!options_.token.empty() && !is_loopback_address(options_.address)) url += "?token=" + options_.token;
     return url;
   }
@@ -363,15 +430,16 @@ void HttpServer::get(const std::string& pattern, Handler handler) {
 }
 
 void HttpServer::post(const std::string& pattern, Handler handler) {
-  impl_->server_.Post(pattern, impl_->guarded(std::move(handler)));
+  impl_->server_.Post(pattern, impl_->guarded_body(std::move(handler)));
 }
 
 void HttpServer::put(const std::string& pattern, Handler handler) {
-  impl_->server_.Put(pattern, impl_->guarded(std::move(handler)));
+  impl_->server_.Put(pattern, impl_->guarded_body(std::move(handler)));
 }
 
 void HttpServer::remove(const std::string& pattern, Handler handler) {
-  impl_->server_.Delete(pattern, impl_->guarded(std::move(handler)));
+  impl_->server_.Delete(pattern, impl_->guarded_body(handler));
+  impl_->server_.Delete(pattern, impl_->guarded(std::move(handler)));  // without a body
 }
 
 void HttpServer::upload(const std::string& pattern, UploadHandler handler) {
@@ -417,6 +485,10 @@ void HttpServer::stop() {
 
 int HttpServer::port() const {
   return impl_->port_;
+}
+
+std::string HttpServer::address() const {
+  return impl_->address();
 }
 
 std::string HttpServer::url() const {

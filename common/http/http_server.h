@@ -102,8 +102,10 @@ class HttpServer {
   // Listens and answers on threads of its own. Errors: the address is taken or not this machine's.
   Result<void> start();
   void stop();
-  int port() const;         // once started
-  std::string url() const;  // "http://127.0.0.1:7480/", with the token when one is set and others may connect
+  // Once started:
+  int port() const;
+  std::string address() const;  // "http://127.0.0.1:7480/", for logs, which others may read
+  std::string url() const;      // the same, with the token when one is set and others may connect
 
  private:
   class Impl;

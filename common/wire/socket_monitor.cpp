@@ -30,16 +30,17 @@ SocketMonitor::~SocketMonitor() {
   zmq_socket_monitor(watched_.handle(), nullptr, 0);
 }
 
-std::optional<std::uint16_t> SocketMonitor::next() {
+std::optional<SocketEvent> SocketMonitor::next() {
   while (true) {
     zmq::message_t event;
     if (!events_->recv(event, zmq::recv_flags::dontwait)) return std::nullopt;
     zmq::message_t address;
     if (event.more()) static_cast<void>(events_->recv(address));
-    std::uint16_t code = 0;  // the first two bytes of the first frame
-    if (event.size() < sizeof code) continue;
-    std::memcpy(&code, event.data(), sizeof code);
-    return code;
+    SocketEvent happened;  // two bytes and four of the first frame
+    if (event.size() < sizeof happened.code + sizeof happened.value) continue;
+    std::memcpy(&happened.code, event.data(), sizeof happened.code);
+    std::memcpy(&happened.value, event.data<char>() + sizeof happened.code, sizeof happened.value);
+    return happened;
   }
 }
 

@@ -13,6 +13,11 @@ class socket_t;
 
 namespace gyre {
 
+struct SocketEvent {
+  std::uint16_t code = 0;  // ZMQ_EVENT_...
+  std::int32_t value = 0;  // of a connection made or lost: its descriptor
+};
+
 class SocketMonitor {
  public:
   // events: those wanted, ZMQ_EVENT_... `socket` must not be connected or bound yet and must outlive this.
@@ -22,7 +27,7 @@ class SocketMonitor {
   SocketMonitor& operator=(const SocketMonitor&) = delete;
 
   zmq::socket_t& events() { return *events_; }  // readable when next() has something to say
-  std::optional<std::uint16_t> next();          // ZMQ_EVENT_...
+  std::optional<SocketEvent> next();
 
  private:
   zmq::socket_t& watched_;

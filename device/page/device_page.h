@@ -41,6 +41,7 @@ class DevicePage {
   Result<void> start();
   void stop();
   int port() const { return server_.port(); }
+  std::string address() const { return server_.address(); }
   std::string url() const { return server_.url(); }
 
   void show(const LiveStatus& status);

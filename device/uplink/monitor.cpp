@@ -17,8 +17,8 @@ ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& soc
     : monitor_(context, socket, watched_events) {}
 
 std::optional<ConnectionEvent> ConnectionMonitor::next() {
-  while (const std::optional<std::uint16_t> event = monitor_.next()) {
-    switch (*event) {
+  while (const std::optional<SocketEvent> event = monitor_.next()) {
+    switch (event->code) {
       case ZMQ_EVENT_CONNECTED:
         return ConnectionEvent::connected;
       case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:

@@ -126,6 +126,7 @@ Stage avatar_stage() {
   stage.external = {"template"};
   stage.options = {{"template", ""}, {"joint_names", "vrm"}, {"author", ""}, {"levels_of_detail", false}};
   stage.published = {"avatar.glb", "avatar.vrm", "avatar.fbx"};
+  stage.estimate = {.parallel = false, .memory_gib = 0.5, .core_seconds = 10, .core_seconds_per_keyframe = 0};
   stage.run = run;
   return stage;
 }

@@ -401,6 +401,8 @@ Stage cameras_stage() {
   stage.version = 6;
   stage.inputs = {"scan.json", "frames"};
   stage.options = {{"height_mm", 0.0}, {"turntable_radius_mm", 0.0}, {"max_features", FeatureOptions{}.max_features}};
+  stage.estimate = {
+      .memory_gib = 0.25, .memory_gib_per_keyframe = 0.004, .core_seconds = 20, .core_seconds_per_keyframe = 2};
   stage.run = run;
   return stage;
 }

@@ -131,6 +131,8 @@ Stage cloud_stage() {
   stage.inputs = {"frames", "work/cameras"};
   stage.options = {
       {"long_side_px", 640}, {"neighbours", 8}, {"min_views", 3}, {"spacing_mm", 2.0}, {"max_points", 1000000}};
+  stage.estimate = {
+      .memory_gib = 0.5, .memory_gib_per_keyframe = 0.009, .core_seconds = 40, .core_seconds_per_keyframe = 3};
   stage.run = run;
   return stage;
 }

@@ -144,6 +144,7 @@ Stage fit_stage() {
   stage.inputs = {"work/cloud/cloud.ply", "work/cameras/scene.json", "work/landmarks/landmarks.json"};
   stage.external = {"template"};
   stage.options = {{"template", ""}};
+  stage.estimate = {.parallel = false, .memory_gib = 0.5, .core_seconds = 30, .core_seconds_per_keyframe = 0};
   stage.run = run_fit;
   return stage;
 }

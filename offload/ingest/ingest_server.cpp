@@ -167,6 +167,7 @@ bool IngestServer::Worker::receive_one(Desk& desk) {
   if (more) static_cast<void>(socket_->recv(body));
   const bool one_part = more && !body.more();
   while (more && body.more()) static_cast<void>(socket_->recv(body));
+  if (more) door_->heard(body.get(ZMQ_SRCFD));
   desk.receive(peer.to_string(), key_of(body), one_part ? body.to_string_view() : std::string_view());
   return true;
 }

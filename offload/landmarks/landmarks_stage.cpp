@@ -108,6 +108,7 @@ Stage landmarks_stage() {
                    {"network_mean", network.mean},
                    {"network_deviation", network.deviation},
                    {"network_rgb", network.rgb}};
+  stage.estimate = {.parallel = false, .memory_gib = 0.3, .core_seconds = 10, .core_seconds_per_keyframe = 0.05};
   stage.run = run;
   return stage;
 }

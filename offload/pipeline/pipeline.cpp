@@ -2,6 +2,7 @@
 #include "offload/pipeline/pipeline.h"
 
 #include "common/bundle/atomic_file.h"
+#include "common/bundle/disk_space.h"
 #include "common/bundle/sha256.h"
 
 #include <spdlog/spdlog.h>
@@ -135,8 +136,11 @@ tl::expected<StageReport, PipelineFailure> run_one(const Stage& stage, const Bun
   std::error_code error;
   fs::remove_all(part, error);
   fs::create_directories(part, error);
-  if (error)
-    return failed({"cannot create", part.string() + " (" + error.message() + ")", "check the space and rights there"});
+  if (error) {
+    const bool full = error == std::errc::no_space_on_device;
+    return failed({"cannot create", part.string() + " (" + error.message() + ")",
+                   full ? std::string(full_disk_remedy) + " and try again" : "check the rights there"});
+  }
 
   StageContext context{bundle,
                        part,

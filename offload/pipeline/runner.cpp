@@ -36,10 +36,10 @@ Result<void> write_failure(const Bundle& bundle, const StoredJob& job, const Pip
   return write_file(bundle.root() / failure_file, report.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
 }
 
-// A stage that could not write gives its own reason; the disk tells the cause.
+// A stage that could not write gives its own reason; what it says to do, or the disk, tells the cause.
 FailureCause cause_of(const PipelineFailure& failure, const Store& store) {
   constexpr std::uint64_t next_to_nothing = 16 << 20;
-  const bool full = free_bytes(store.folder()).value_or(next_to_nothing) < next_to_nothing;
+  const bool full = is_full_disk(failure) || free_bytes(store.folder()).value_or(next_to_nothing) < next_to_nothing;
   return failure.cause == FailureCause::stage && full ? FailureCause::space : failure.cause;
 }
 

@@ -175,6 +175,7 @@ Stage report_stage() {
   stage.external = {"template"};
   stage.options = {{"template", ""}};
   stage.published = {"report.json", "report.html"};
+  stage.estimate = {.parallel = false, .memory_gib = 0.4, .core_seconds = 10, .core_seconds_per_keyframe = 0.05};
   stage.run = run_report;
   return stage;
 }

@@ -192,6 +192,8 @@ Stage texture_stage() {
   stage.inputs = {"frames", "work/cameras", "work/cloud/cloud.ply", "work/fit"};
   stage.external = {"template"};
   stage.options = {{"template", ""}, {"size", BakeOptions{}.size}, {"format", "png"}, {"normal_map", false}};
+  stage.estimate = {
+      .memory_gib = 1.2, .memory_gib_per_keyframe = 0.006, .core_seconds = 60, .core_seconds_per_keyframe = 1};
   stage.run = run;
   return stage;
 }

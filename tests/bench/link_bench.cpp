@@ -3,13 +3,17 @@
 //
 //   throughput  256 keyframes of 2 MiB on loopback
 //   fleet       8 devices at once, 1,000 scans of 10 small frames
+//   finish      files that have come whole, one at a time and as they come
 //   line        125 keyframes of 2 MiB over 20 Mbit/s with 50 ms and 1 % loss, between network namespaces (needs root)
 //
 // Host and devices are processes of their own: this one is the host, link_device.cpp the devices.
-#include "common/bundle/atomic_file.h"
+#include "common/bundle/bundle.h"
+#include "common/bundle/sha256.h"
+#include "common/bundle/ulid.h"
 #include "common/metrics/process_usage.h"
+#include "offload/ingest/finisher.h"
 #include "offload/ingest/ingest_server.h"
-#include "tests/device/spool/scan_support.h"
+#include "tests/bench/packet_line.h"
 
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
@@ -32,6 +36,12 @@ void line(const std::string& name, const char* metric, double value, const char*
       {"bench", "link"}, {"case", name}, {"metric", metric}, {"value", value}, {"unit", unit}};
   std::puts(out.dump().c_str());
   std::fflush(stdout);
+}
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
 [[noreturn]] void give_up(const std::string& why) {
@@ -194,50 +204,102 @@ void fleet(const fs::path& folder) {
   line("fleet", "host_memory_growth", outcome.host_growth, "MiB");
 }
 
-void shell(const std::string& command, bool needed = true) {
-  if (std::system((command + " 2>/dev/null").c_str()) != 0 && needed) give_up("cannot: " + command);
+bool can(const std::string& command) {
+  return std::system((command + " 2>/dev/null").c_str()) == 0;
 }
 
-// The host here, the device in a network namespace behind a line with rate, delay and loss both ways.
+void shell(const std::string& command) {
+  if (!can(command)) give_up("cannot: " + command);
+}
+
+// The host here, the device in a network namespace behind a line with rate, delay and loss both ways: netem's where the
+// kernel has it, else one in user space. The case says which, and what governs the device's TCP.
 void slow_line(const fs::path& folder) {
-  constexpr double rate_mbit = 20.0;
+  const PacketLineOptions line_options;
   const std::string space = "gyre-bench";
   const std::string here = "gyre-b0";
   const std::string there = "gyre-b1";
+  const std::string inside = "ip netns exec " + space + " ";
   const auto clean = [&] {
-    shell("ip link del " + here, false);
-    shell("ip netns del " + space, false);
+    can("ip link del " + here);
+    can("ip netns del " + space);
   };
   clean();
   shell("ip netns add " + space);
-  shell("ip link add " + here + " type veth peer name " + there + " netns " + space);
-  shell("ip addr add 198.18.0.1/30 dev " + here + " && ip link set " + here + " up");
-  const std::string inside = "ip netns exec " + space + " ";
-  shell(inside + "ip addr add 198.18.0.2/30 dev " + there + " && " + inside + "ip link set " + there + " up");
   const std::string netem = " root netem delay 25ms loss 1% rate 20mbit limit 1000";
-  if (std::system(("tc qdisc add dev " + here + netem + " 2>/dev/null").c_str()) != 0) {
-    clean();
-    give_up("no line with loss and delay: this kernel has no sch_netem");
+  shell("ip link add " + here + " type veth peer name " + there + " netns " + space);
+  const bool has_netem = can("tc qdisc add dev " + here + netem) && can(inside + "tc qdisc add dev " + there + netem);
+  std::unique_ptr<PacketLine> in_user_space;
+  if (!has_netem) {
+    shell("ip link del " + here);
+    in_user_space = must(PacketLine::make(here, there, line_options));
+    shell("ip link set " + there + " netns " + space);
   }
-  shell(inside + "tc qdisc add dev " + there + netem);
+  shell("ip addr add 198.18.0.1/30 dev " + here + " && ip link set " + here + " up");
+  shell(inside + "ip addr add 198.18.0.2/30 dev " + there + " && " + inside + "ip link set " + there + " up");
+  // As the device's package sets it.
+  const bool has_bbr = can(inside + "sysctl -qw net.ipv4.tcp_congestion_control=bbr");
   const Work work{1, 1, 125, 2 << 20};
   const Outcome outcome = run(folder / "line", "tcp://198.18.0.1:*", {"ip", "netns", "exec", space}, work);
   clean();
   const double megabits = 125.0 * (2 << 20) * 8.0 / 1e6 / outcome.seconds;
-  line("line", "throughput", megabits, "Mbit/s");
-  line("line", "use", megabits / rate_mbit, "");
-  line("line", "device_memory", outcome.device_memory, "MiB");
+  const std::string name = std::string("line, ") + (has_netem ? "netem" : "in user space") +
+                           (has_bbr ? ", bbr" : ", the kernel's usual congestion control");
+  line(name, "throughput", megabits, "Mbit/s");
+  line(name, "use", megabits / (line_options.bits_per_s / 1e6), "");
+  line(name, "device_memory", outcome.device_memory, "MiB");
+}
+
+// What the finisher's thread is for: the time the receiving thread is held up by a file that has come whole, when it
+// waits for each, and when it leaves them to the finisher; and how many a second that makes.
+void finish(const fs::path& folder) {
+  constexpr int files = 1000;
+  constexpr std::size_t bytes = 20'000;
+  for (const bool waits : {true, false}) {
+    fs::remove_all(folder / "finish");
+    const auto store = must(Store::open(folder / "finish"));
+    Finisher finisher(*store, [] {});
+    Scan scan;
+    scan.id = new_ulid();
+    must(store->open_scan(scan, "key", "rig"));
+    std::vector<ArrivedFile> arrived;
+    for (int i = 0; i < files; ++i) {
+      const std::string content(bytes, static_cast<char>('a' + i % 26));
+      const std::string name = "frames/" + frame_name("body", i);
+      const fs::path part = store->incoming(scan.id) / (std::to_string(i) + ".part");
+      std::ofstream(part, std::ios::binary) << content;
+      arrived.push_back({scan.id, {name, bytes, sha256(content)}, part});
+    }
+    const Clock::time_point start = Clock::now();
+    std::vector<double> held_up_ms;
+    for (ArrivedFile& file : arrived) {
+      const Clock::time_point before = Clock::now();
+      finisher.add(std::move(file));
+      if (waits) finisher.wait();
+      held_up_ms.push_back(1000.0 * seconds_since(before));
+    }
+    finisher.wait();
+    const double seconds = seconds_since(start);
+    for (const FinishedFile& one : finisher.take()) {
+      if (!must(one.stored)) give_up("a file was damaged");
+    }
+    std::sort(held_up_ms.begin(), held_up_ms.end());
+    const std::string name = waits ? "finish, one at a time" : "finish, as they come";
+    line(name, "files", files / seconds, "1/s");
+    line(name, "held_up_p99", held_up_ms[files * 99 / 100], "ms");
+  }
+  fs::remove_all(folder / "finish");
 }
 
 int bench(const std::vector<std::string>& words) {
   const std::map<std::string, std::function<void(const fs::path&)>> cases = {
-      {"throughput", throughput}, {"fleet", fleet}, {"line", slow_line}};
+      {"throughput", throughput}, {"fleet", fleet}, {"finish", finish}, {"line", slow_line}};
   if (words.empty()) {
-    std::fputs("usage: link_bench FOLDER [throughput] [fleet] [line]\n", stderr);
+    std::fputs("usage: link_bench FOLDER [throughput] [fleet] [finish] [line]\n", stderr);
     return 2;
   }
   std::vector<std::string> chosen(words.begin() + 1, words.end());
-  if (chosen.empty()) chosen = {"throughput", "fleet", "line"};
+  if (chosen.empty()) chosen = {"throughput", "fleet", "finish", "line"};
   for (const std::string& name : chosen) {
     if (!cases.contains(name)) give_up("no such case: " + name);
     cases.at(name)(words[0]);

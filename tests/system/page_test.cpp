@@ -100,11 +100,7 @@ TEST(Page, AScanIsTakenOnAPhoneAndItsAvatarComesBackToTheRig) {
                ready.at("endpoint"), "--keys", keys, "--name", "rig-1", "--page", "127.0.0.1:0"},
               root / "rig.out", root / "rig.log");
   const auto log = [&] { return read_file(root / "rig.log").value_or(""); };
-  const std::string phrase = "page is on ";
-  while (log().find("waiting for the button") == std::string::npos) ASSERT_FALSE(rig.ended()) << log();
-  const std::string said = log();
-  const std::size_t begin = said.find(phrase) + phrase.size();
-  const std::string url = said.substr(begin, said.find('\n', begin) - begin) + "/";
+  const std::string url = json::parse(first_line(root / "rig.out", rig)).at("page");
   const Finished browsed = run_program("/usr/bin/env", {"node", GYRE_SYSTEM_TESTS "/rig_browse.mjs", url, seen_folder});
   ASSERT_EQ(browsed.code, 0) << browsed.err << log();
   const json seen = json::parse(browsed.out);

@@ -6,11 +6,9 @@
 
 #include <gtest/gtest.h>
 #include <httplib.h>
-#include <chrono>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
-#include <thread>
 
 namespace gyre {
 namespace {
@@ -27,11 +25,9 @@ class RunTest : public testing::Test {
   fs::path pictures() const { return folder_.path() / "pictures"; }
   std::string at(const std::string& name) const { return (folder_.path() / name).string(); }
   std::string log() const { return read_file(folder_.path() / "log").value_or(""); }
-  void wait_for_log(const std::string& text, Running& program) const {
-    while (log().find(text) == std::string::npos) {
-      ASSERT_FALSE(program.ended()) << log();
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
+  // What it says once it waits for its operator.
+  nlohmann::json ready(Running& rig) const {
+    return nlohmann::json::parse(first_line(folder_.path() / "out", rig), nullptr, false);
   }
 
   TemporaryFolder folder_;
@@ -41,7 +37,7 @@ TEST_F(RunTest, StopsWhenItIsToldTo) {
   Running rig("gyre-device",
               {"run", "--camera", "replay:" + pictures().string(), "--spool", at("spool"), "--page", "off"},
               folder_.path() / "out", folder_.path() / "log");
-  wait_for_log("waiting for the button", rig);
+  ready(rig);
   EXPECT_EQ(rig.stop(), 0) << log();
 }
 
@@ -50,11 +46,9 @@ TEST_F(RunTest, AScanIsTakenFromItsPage) {
   Running rig("gyre-device",
               {"run", "--camera", "replay:" + pictures().string(), "--spool", at("spool"), "--page", "127.0.0.1:0"},
               folder_.path() / "out", folder_.path() / "log");
-  wait_for_log("waiting for the button", rig);
-  const std::string said = log(), phrase = "page is on ";
-  const std::size_t begin = said.find(phrase) + phrase.size();
-  ASSERT_GE(begin, phrase.size()) << said;
-  httplib::Client page(said.substr(begin, said.find('\n', begin) - begin));
+  std::string url = ready(rig).at("page");
+  url.pop_back();  // the slash at its end
+  httplib::Client page(url);
   page.set_default_headers({{"X-Gyre", "1"}});
   // What it does after those states.
   const auto state_after = [&](const std::set<std::string>& before) {
@@ -92,7 +86,7 @@ TEST_F(RunTest, GoesOnWithoutItsPanel) {
       "[run]\ncamera = \"replay:" + pictures().string() + "\"\nspool = \"" + at("spool") +
           "\"\npage = \"127.0.0.1:0\"\n[panel]\nbutton = \"GYRE_NO_SUCH_BUTTON\"\nred = \"no-such-chip:3\"\n"));
   Running rig("gyre-device", {"--config", at("rig.toml"), "run"}, folder_.path() / "out", folder_.path() / "log");
-  wait_for_log("waiting for the button", rig);
+  ready(rig);
   EXPECT_NE(log().find("going on without it"), std::string::npos) << log();
   EXPECT_EQ(rig.stop(), 0) << log();
 }

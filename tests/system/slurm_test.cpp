@@ -40,6 +40,23 @@ class Cluster {
   Finished started_;
 };
 
+// What a job asked for by its stage's estimate is what the stage took, or more.
+void expect_asked_enough(const std::string& record, const fs::path& scan) {
+  const auto field = [&](const std::string& name) {
+    const std::size_t at = record.find(" " + name + "=");
+    const std::size_t begin = at + name.size() + 2;
+    return at == std::string::npos ? std::string() : record.substr(begin, record.find(' ', begin) - begin);
+  };
+  const std::string name = field("JobName");
+  const std::string asked = field("MinMemoryNode");
+  const std::string stage = name.substr(name.rfind('-') + 1);
+  ASSERT_FALSE(asked.empty()) << record;
+  const double asked_mib = std::stod(asked) * (asked.back() == 'G' ? 1024 : 1);
+  const json took = json::parse(read_file(scan / "work" / stage / "stage.json").value_or(""), nullptr, false);
+  ASSERT_TRUE(took.is_object()) << stage;
+  EXPECT_LE(took.at("peak_memory_mib").get<double>(), asked_mib) << stage;
+}
+
 TEST(Slurm, AReconstructionRunsThroughARealClusterThoughItsHostIsKilled) {
   const TemporaryFolder folder;
   const fs::path root = folder.path();
@@ -94,6 +111,7 @@ TEST(Slurm, AReconstructionRunsThroughARealClusterThoughItsHostIsKilled) {
   for (int job = 1; job <= stages; ++job) {
     const Finished record = run_program("/usr/bin/scontrol", {"--oneliner", "show", "job", std::to_string(job)});
     EXPECT_NE(record.out.find("JobState=COMPLETED"), std::string::npos) << record.out << record.err;
+    expect_asked_enough(record.out, scan_folder());
   }
   // No stage was submitted twice.
   EXPECT_NE(run_program("/usr/bin/scontrol", {"show", "job", std::to_string(stages + 1)}).code, 0);

@@ -4,6 +4,7 @@
 #include "common/bundle/atomic_file.h"
 #include "common/http/event_stream.h"
 #include "common/http/own_address.h"
+#include "common/metrics/process_usage.h"
 #include "tests/device/spool/scan_support.h"
 
 #include <arpa/inet.h>
@@ -169,6 +170,53 @@ TEST_F(HttpServerTest, BoundsWhatIsSentToIt) {
   EXPECT_EQ(client_->Post("/echo", marked, std::string(1001, 'a'), "text/plain")->status, 413);
   EXPECT_EQ(client_->Put("/upload", marked, std::string(100'000, 'a'), "video/mp4")->body, "100000");
   EXPECT_EQ(client_->Put("/upload", marked, std::string(100'001, 'a'), "video/mp4")->status, 413);
+}
+
+// Chunks of a body that never ends, to somewhere, from somebody; until the server has had enough.
+TEST_F(HttpServerTest, KeepsNothingOfWhatDoesNotEnd) {
+  const std::string chunk = "100000\r\n" + std::string(1 << 20, 'x') + "\r\n";
+  constexpr int most_chunks = 200;
+  const double before = resident_bytes();
+  for (const char* head :
+       {"POST /echo HTTP/1.1\r\nHost: 127.0.0.1\r\n", "POST /nowhere HTTP/1.1\r\nHost: 127.0.0.1\r\n",
+        "PATCH / HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Gyre: 1\r\n", "PUT /upload HTTP/1.1\r\nHost: 127.0.0.1\r\n",
+        "PUT /upload HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Gyre: 1\r\n",
+        "DELETE /thing HTTP/1.1\r\nHost: evil.example\r\nContent-Length: 9\r\n",
+        "POST /echo HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Gyre: 1\r\n"}) {
+    const int fd = connection();
+    const std::string start = std::string(head) + "Content-Type: text/plain\r\nTransfer-Encoding: chunked\r\n\r\n";
+    ASSERT_GT(::send(fd, start.data(), start.size(), MSG_NOSIGNAL), 0);
+    int sent = 0;
+    for (std::size_t at = 0; sent < most_chunks; ++sent, at = 0) {
+      ssize_t got = 1;
+      for (; at < chunk.size() && got > 0; at += static_cast<std::size_t>(std::max<ssize_t>(got, 0)))
+        got = ::send(fd, chunk.data() + at, chunk.size() - at, MSG_NOSIGNAL);
+      if (got <= 0) break;
+    }
+    ::close(fd);
+    EXPECT_LT(sent, most_chunks) << head;
+  }
+  EXPECT_LT(resident_bytes() - before, 50e6);
+  EXPECT_EQ(client_->Get("/")->status, 200);
+}
+
+// A form that a page of another site can send without being asked.
+TEST_F(HttpServerTest, TakesNoPartOfAFormForARequest) {
+  const std::string inner = "DELETE /thing HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Gyre: 1\r\nContent-Length: 0\r\n\r\n";
+  for (const char* type :
+       {"multipart/form-data; boundary=b", "multipart/form-data", "application/x-www-form-urlencoded"}) {
+    const std::string outer = std::string("POST /echo HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: ") + type +
+                              "\r\nContent-Length: " + std::to_string(inner.size()) + "\r\n\r\n" + inner;
+    const int fd = connection();
+    ASSERT_EQ(::send(fd, outer.data(), outer.size(), 0), static_cast<ssize_t>(outer.size()));
+    std::string answers;
+    std::array<char, 4096> block{};
+    for (ssize_t got = 0; (got = ::recv(fd, block.data(), block.size(), 0)) > 0;) {
+      answers.append(block.data(), static_cast<std::size_t>(got));
+    }
+    ::close(fd);
+    EXPECT_EQ(answers.find("removed"), std::string::npos) << type << answers;
+  }
 }
 
 TEST_F(HttpServerTest, TurnsTheTokenOfALinkIntoACookie) {

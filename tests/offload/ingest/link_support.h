@@ -28,6 +28,7 @@ class TestHost {
   const IngestOptions& options() const { return options_; }
   void authorise(const KeyPair& device);
   void set_credit(std::uint64_t bytes) { options_.credit_bytes = bytes; }
+  void set_reserve(std::uint64_t bytes) { options_.reserve_bytes = bytes; }
   void set_silence_timeout(std::chrono::milliseconds timeout) { options_.silence_timeout = timeout; }
 
   // Scans handed to the pipeline so far, in order.

@@ -20,6 +20,11 @@ PipelineFailure failure_of(FailureCause cause) {
   failure.cause = cause;
   failure.stage = "work";
   failure.log = "the last words\n";
+  // A stage that finds no room gives its own reason.
+  if (cause == FailureCause::space) {
+    failure.cause = FailureCause::stage;
+    failure.remedy = "free some disk space and try again";
+  }
   return failure;
 }
 
@@ -189,6 +194,18 @@ TEST_F(RunnerTest, CountsWhatItDid) {
   EXPECT_EQ(tally.failed, 0U);
   EXPECT_EQ(tally.stage_runs, (std::map<std::string, std::uint64_t>{{"work", 1}}));
   EXPECT_EQ(tally.stage_seconds, (std::map<std::string, double>{{"work", 2.5}}));
+}
+
+TEST_F(RunnerTest, AFullDiskIsWaitedForHoweverOften) {
+  executor_.failures = std::vector(10, FailureCause::space);
+  const std::string scan = queue_scan();
+  start();
+  EXPECT_TRUE(eventually([&] {
+    later_ms_ += 1000;
+    runner_->wake();
+    return store_->scan(scan).value()->phase == StorePhase::done;
+  }));
+  EXPECT_EQ(runner_->tally().retries, (std::map<std::string, std::uint64_t>{{"space", 10}}));
 }
 
 TEST(RetryWait, IsBoundedAndDependsOnTheCause) {

@@ -172,6 +172,28 @@ TEST_F(SlurmExecutorTest, AJobThatEndsWithoutAWordIsNotLostSightOf) {
   EXPECT_NE(read_file(log_of_stage(bundle_, "double")).value().find("NODE_FAIL"), std::string::npos);
 }
 
+TEST_F(SlurmExecutorTest, AJobThatSlurmHasForgottenIsLookedUpWhereThereIsAccounting) {
+  const auto program = [&](const std::string& name, std::string_view text) {
+    ASSERT_TRUE(write_file(bin_ / name, text));
+    fs::permissions(bin_ / name, fs::perms::owner_all);
+  };
+  program("scontrol", "#!/bin/bash\necho 'slurm_load_jobs error: Invalid job id specified' >&2\nexit 1\n");
+  program("sacct", "#!/bin/bash\necho 'sacct: error: Slurm accounting storage is disabled' >&2\nexit 1\n");
+  EXPECT_EQ(end_state("100"), "");
+  program("sacct", "#!/bin/bash\necho \"CANCELLED by 1000 $*\"\n");
+  EXPECT_EQ(end_state("100"), "CANCELLED");
+  program("sacct", "#!/bin/bash\n[[ \" $* \" == *' --jobs=100 '* ]] && echo OUT_OF_MEMORY\n");
+  std::atomic<bool> killed{false};
+  const ScanOutcome outcome = run("forever", [&] {
+    if (once_running(Order::cancel)() == Order::cancel && !killed.exchange(true)) {
+      EXPECT_TRUE(cancel_jobs({"100"}));
+    }
+    return Order::go_on;
+  });
+  ASSERT_FALSE(outcome);
+  EXPECT_EQ(outcome.error().cause, FailureCause::memory) << outcome.error().message();
+}
+
 TEST_F(SlurmExecutorTest, JobsThatOutliveTheHostAreFoundAgain) {
   ASSERT_FALSE(run("wait", once_running(Order::pause)));
   EXPECT_EQ(jobs_in_queue("gyre-SCAN-")->size(), 2U);
