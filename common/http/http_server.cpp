@@ -450,13 +450,6 @@ void HttpServer::stream(const std::string& pattern, const std::string& type, Sou
   impl_->add_stream(pattern, type, std::move(make));
 }
 
-void HttpServer::get_public(const std::string& path, Handler handler) {
-  impl_->server_.Get(path,
-                     [handler = std::move(handler)](const httplib::Request& request, httplib::Response& response) {
-                       send(handler(request_of(request)), response);
-                     });
-}
-
 void HttpServer::serve(std::span<const PageFile> files) {
   const auto answer = [](const PageFile& file) {
     HttpResponse response;

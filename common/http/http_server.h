@@ -94,8 +94,6 @@ class HttpServer {
   void upload(const std::string& pattern, UploadHandler handler);  // PUT
   // GET of something without an end. A few at a time: more are answered with 503.
   void stream(const std::string& pattern, const std::string& type, SourceMaker make);
-  // GET for everybody, without a token: it must tell nothing about a person.
-  void get_public(const std::string& path, Handler handler);
   // The files of a page; "/" is its /index.html. The files must outlive the server.
   void serve(std::span<const PageFile> files);
 

@@ -66,7 +66,6 @@ class HttpServerTest : public ::testing::Test {
     });
     server_->stream("/events", EventStream::type,
                     [this](const HttpRequest&) { return events_.watch([] { return format_event("hello", "1"); }); });
-    server_->get_public("/health", [](const HttpRequest&) { return plain("ok"); });
     ASSERT_TRUE(server_->start());
     client_ = std::make_unique<httplib::Client>("127.0.0.1", server_->port());
   }
@@ -110,7 +109,7 @@ TEST_F(HttpServerTest, GivesHandlersThePartsOfThePathAndTheQuery) {
 }
 
 TEST_F(HttpServerTest, PutsSecurityHeadersOnEveryAnswer) {
-  for (const char* path : {"/", "/file", "/missing", "/nowhere", "/throws", "/health"}) {
+  for (const char* path : {"/", "/file", "/missing", "/nowhere", "/throws"}) {
     const auto answer = client_->Get(path);
     ASSERT_TRUE(answer) << path;
     EXPECT_EQ(answer->get_header_value("X-Content-Type-Options"), "nosniff") << path;

@@ -5,6 +5,7 @@
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/sha256.h"
 #include "common/bundle/ulid.h"
+#include "common/http/own_address.h"
 #include "tests/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +31,7 @@ class HostPageTest : public ::testing::Test {
     open_page();
   }
 
-  void open_page() {
+  void open_page(const HttpOptions& http = {}) {
     ScanActions actions;
     actions.work = [this] { return std::map<std::string, ScanActivity>{{scan_, {"cloud", 0.25, "depth"}}}; };
     actions.queued = [this](const std::string& scan) { queued_.set_value(scan); };
@@ -50,6 +51,7 @@ class HostPageTest : public ::testing::Test {
     stage.options = {{"size", 4096}, {"network", ""}};
     stage.external = {"network"};
     HostPageOptions options;
+    options.http = http;
     options.reserve_bytes = 0;
     page_ = std::make_unique<HostPage>(options, *store_, std::vector{stage}, actions);
     ASSERT_TRUE(page_->start());
@@ -156,6 +158,40 @@ TEST_F(HostPageTest, HandsOutWhatItKnowsAndNothingElse) {
         scan + "/texture/source.png", std::string("/scans/../host.key"), "/scans/" + new_ulid() + "/avatar.glb"}) {
     EXPECT_EQ(client_->Get(path)->status, 404) << path;
   }
+}
+
+TEST_F(HostPageTest, GivesAndDoesNothingForWhoComesFromElsewhereWithoutTheToken) {
+  HttpOptions http;
+  http.address = "0.0.0.0";
+  http.token = std::string(40, 'a');
+  open_page(http);
+  httplib::Client elsewhere(own_address(), page_->server().port());
+  const auto refused = elsewhere.Get("/");
+  if (!refused || refused->status == 403) GTEST_SKIP() << "this machine has no address but its loopback";
+  const std::string scan = "/api/scans/" + scan_;
+  const std::string files = "/scans/" + scan_;
+  const std::string upload = "/api/uploads/" + begin_upload(1000);
+  const auto expect_refused = [&](const std::string& path) {
+    EXPECT_EQ(elsewhere.Get(path)->status, 401) << path;
+    EXPECT_EQ(elsewhere.Get(path, httplib::Headers{{"Authorization", "Bearer " + std::string(40, 'b')}})->status, 401);
+  };
+  for (const char* path : {"/", "/index.html", "/api/scans", "/api/devices", "/api/events"}) expect_refused(path);
+  for (const char* part : {"", "/landmarks"}) expect_refused(scan + part);
+  for (const char* file : {"/avatar.glb", "/report.html", "/frames/body-000003.jpg", "/texture/source.png"}) {
+    expect_refused(files + file);
+  }
+  const auto expect_not_done = [&](const std::string& path) {
+    EXPECT_EQ(elsewhere.Post(path, marked, "{}", "application/json")->status, 401) << path;
+  };
+  for (const char* verb : {"/cancel", "/rerun"}) expect_not_done(scan + verb);
+  expect_not_done("/api/uploads");
+  expect_not_done(upload + "/finish");
+  EXPECT_EQ(elsewhere.Put(upload + "/body", marked, "video", "video/mp4")->status, 401);
+  EXPECT_EQ(elsewhere.Put(scan + "/landmarks", marked, "{}", "application/json")->status, 401);
+  EXPECT_EQ(elsewhere.Delete(upload, marked)->status, 401);
+  EXPECT_EQ(elsewhere.Delete(scan, marked)->status, 401);
+  EXPECT_EQ(get("/api/scans").size(), 1U);
+  EXPECT_EQ(elsewhere.Get(scan, httplib::Headers{{"Authorization", "Bearer " + http.token}})->status, 200);
 }
 
 TEST_F(HostPageTest, RunsAScanAgainWithCheckedOptions) {
