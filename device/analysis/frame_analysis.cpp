@@ -14,7 +14,13 @@ double share_of(const cv::Mat& mask) {
 
 }  // namespace
 
-Camera lens_of(const CameraInfo& camera) {
+Camera lens_of(const CameraInfo& camera, const std::optional<Camera>& calibrated) {
+  constexpr double same_shape = 0.01;
+  if (calibrated && calibrated->width > 0) {
+    const double factor = static_cast<double>(camera.width) / calibrated->width;
+    if (std::abs(factor * calibrated->height - camera.height) <= same_shape * camera.height)
+      return calibrated->scaled(factor);
+  }
   constexpr double usual_fov = 62.0 * M_PI / 180.0;
   if (!camera.focal_35mm) return Camera::from_fov(camera.width, camera.height, usual_fov);
   constexpr double film_width = 36.0;
@@ -33,6 +39,7 @@ FrameReading FrameAnalysis::add(const Frame& frame, std::optional<double> exposu
   const double passed = frame.time - last_time_;
   const double interval = passed > 0.0 ? passed : fps_ > 0.0 ? 1.0 / fps_ : 1.0;
   const double enlarged = static_cast<double>(width_) / luma.cols;  // the picture may be larger than the image
+  reading.camera = motion_.add(luma, frame.time);
   reading.motion = reading.measure.motion / interval / luma.cols;
   reading.exposure_known = exposure_s.has_value();
   reading.blur_px = reading.measure.motion * enlarged * exposure_s.value_or(usual_shutter * interval) / interval;
@@ -40,7 +47,6 @@ FrameReading FrameAnalysis::add(const Frame& frame, std::optional<double> exposu
   reading.underexposed = share_of(luma < deepest);
   reading.overexposed = share_of(luma >= white);
   reading.focus = focus_.add(frame.time, reading.measure.sharpness, reading.motion);
-  reading.camera = motion_.add(luma, frame.time);
   last_time_ = frame.time;
   return reading;
 }

@@ -27,14 +27,16 @@ struct FrameReading {
   CameraMotion camera;
 };
 
-// The lens of a camera: from its focal length as EXIF says it, else a usual one (62 degrees along the longer side).
-Camera lens_of(const CameraInfo& camera);
+// The lens of a camera: the one that was calibrated, when its pictures have the shape of the camera's; else from the
+// focal length that EXIF tells, else a usual one (62 degrees along the longer side).
+Camera lens_of(const CameraInfo& camera, const std::optional<Camera>& calibrated = {});
 
 // Belongs to one thread.
 class FrameAnalysis {
  public:
-  explicit FrameAnalysis(const CameraInfo& camera, const MeasureOptions& options = {})
-      : meter_(options), motion_(lens_of(camera)), fps_(camera.fps), width_(camera.width) {}
+  explicit FrameAnalysis(const CameraInfo& camera, const std::optional<Camera>& calibrated = {},
+                         const MeasureOptions& options = {})
+      : meter_(options), motion_(lens_of(camera, calibrated)), fps_(camera.fps), width_(camera.width) {}
 
   // The next frame, with the time its shutter was open (seconds) when the camera says it.
   FrameReading add(const Frame& frame, std::optional<double> exposure_s = {});

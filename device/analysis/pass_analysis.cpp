@@ -26,8 +26,11 @@ StreamingOptions streaming_options(const std::string& pass, const CameraInfo& ca
 
 }  // namespace
 
-PassAnalysis::PassAnalysis(const std::string& pass, const CameraInfo& camera, const MeasureOptions& options)
-    : photographs_(camera.photographs), analysis_(camera, options), selector_(streaming_options(pass, camera)) {}
+PassAnalysis::PassAnalysis(const std::string& pass, const CameraInfo& camera, const std::optional<Camera>& calibrated,
+                           const MeasureOptions& options)
+    : photographs_(camera.photographs),
+      analysis_(camera, calibrated, options),
+      selector_(streaming_options(pass, camera)) {}
 
 std::optional<Frame> PassAnalysis::add(Frame frame) {
   reading_ = analysis_.add(frame, frame.settings.exposure_s);

@@ -17,7 +17,8 @@ namespace gyre {
 // Keeps the numbers of every frame and the pictures of the last few. Belongs to one thread.
 class PassAnalysis {
  public:
-  PassAnalysis(const std::string& pass, const CameraInfo& camera, const MeasureOptions& options = {});
+  PassAnalysis(const std::string& pass, const CameraInfo& camera, const std::optional<Camera>& calibrated = {},
+               const MeasureOptions& options = {});
 
   // Measures the next frame. Returns the frame that should be sent now, if any: this one or one a little older.
   std::optional<Frame> add(Frame frame);

@@ -60,8 +60,9 @@ Signal signal_of(Condition condition) {
 
 Result<void> GuidanceOptions::check() const {
   if (!(raise_after_s >= 0.0 && clear_after_s >= 0.0)) return wrong_use("times of the guidance must not be negative");
-  if (dark > no_longer_dark || bright < no_longer_bright || fast < no_longer_fast || moved < no_longer_moved ||
-      close > no_longer_close || far < no_longer_far || reversed < no_longer_reversed) {
+  if (dark > no_longer_dark || bright < no_longer_bright || fast < no_longer_fast ||
+      fast_around < no_longer_fast_around || moved < no_longer_moved || close > no_longer_close ||
+      far < no_longer_far || reversed < no_longer_reversed) {
     return wrong_use("a value that clears a condition lies on the wrong side of the one that raises it");
   }
   return {};
@@ -81,7 +82,9 @@ Conditions Guidance::causes(const Observation& now) {
   set(Condition::too_bright, above(now.overexposed, was(Condition::too_bright), o.bright, o.no_longer_bright));
   if (!now.is_recording) return is;
 
-  const bool is_fast = above(now.motion, was(Condition::too_fast), o.fast, o.no_longer_fast);
+  const bool was_fast = was(Condition::too_fast);
+  const bool is_fast = above(now.motion, was_fast, o.fast, o.no_longer_fast) ||
+                       above(now.azimuth_rate, was_fast, o.fast_around, o.no_longer_fast_around);
   set(Condition::too_fast, is_fast);
   // What is blurred because of haste is told by that.
   set(Condition::blurred, now.is_sharp == false && !is_fast);

@@ -87,8 +87,10 @@ struct GuidanceOptions {
   double dark = 0.12, no_longer_dark = 0.16;      // mean luma
   double bright = 0.25, no_longer_bright = 0.18;  // share of white pixels
   double fast = 1.1, no_longer_fast = 0.85;       // widths a second
-  double moved = 4.0, no_longer_moved = 3.0;      // pixels
-  double close = 0.7, no_longer_close = 0.78;     // of the distance before
+  // Radians a second around the subject: who stands in the middle of the picture hardly moves in it.
+  double fast_around = 1.4, no_longer_fast_around = 1.1;
+  double moved = 4.0, no_longer_moved = 3.0;   // pixels
+  double close = 0.7, no_longer_close = 0.78;  // of the distance before
   double far = 1.45, no_longer_far = 1.32;
   double reversed = 0.12, no_longer_reversed = 0.03;  // radians a second backwards
 

@@ -17,9 +17,9 @@ bool is_ring(Band band) {
 
 }  // namespace
 
-// Over half a second; positive in the direction of the whole way, once that is long enough to tell.
+// Over a third of a second; positive in the direction of the whole way, once that is long enough to tell.
 std::optional<double> Observer::azimuth_rate(double time, const OrbitPlace& place) {
-  constexpr double span = 0.5;   // seconds
+  constexpr double span = 0.33;  // seconds
   constexpr double known = 0.4;  // radians
   if (!place.known) {
     way_.clear();

@@ -39,7 +39,7 @@ class Observer {
   std::string pass_;
   bool is_last_pass_;
   std::array<bool, all_bands.size()> is_closed_{};  // rings that were walked all around
-  std::deque<Way> way_;                             // of the last half second
+  std::deque<Way> way_;                             // of the last third of a second
   std::deque<Distance> distances_;                  // of the last seconds
   std::optional<bool> has_subject_;                 // as far as it is known
   double subject_seen_at_ = 0.0;                    // when it was known last

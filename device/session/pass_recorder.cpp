@@ -23,8 +23,8 @@ PassRecorder::PassRecorder(Spool& spool, Scan scan, std::string pass, CameraInfo
       scan_(std::move(scan)),
       name_(std::move(pass)),
       camera_(std::move(camera)),
-      analysis_(name_, camera_),
-      coverage_(name_, lens_of(camera_)),
+      analysis_(name_, camera_, scan_.camera),
+      coverage_(name_, lens_of(camera_, scan_.camera)),
       remembered_(memory) {}
 
 PassRecorder::Picked PassRecorder::add(Frame frame) {

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the rig understands of a rendered person in a room, whose every frame is known exactly.
+#include "common/parallel/parallel.h"
+#include "device/coverage/coverage.h"
+#include "device/guidance/guidance.h"
+#include "device/session/observer.h"
+#include "tests/synthetic/capture.h"
+
+#include <gtest/gtest.h>
+#include <array>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <ostream>
+#include <string>
+#include <vector>
+
+namespace gyre {
+namespace {
+
+using synthetic::Capture;
+using synthetic::CaptureOptions;
+using synthetic::Sequence;
+
+constexpr double degrees = 180.0 / M_PI;
+
+CaptureOptions small_capture(Sequence sequence, int frames, std::uint64_t seed) {
+  CaptureOptions options;
+  options.sequence = sequence;
+  options.width = 180;
+  options.height = 320;
+  options.frames = frames;
+  options.cell = 0.02;
+  options.stop = options.rush = false;
+  options.seed = seed;
+  return options;
+}
+
+// The same walk through the same room, where nobody stands.
+Capture without_subject(Capture capture) {
+  for (Eigen::Vector3d& vertex : capture.subject.mesh.vertices) vertex.y() -= 100.0;
+  return capture;
+}
+
+std::vector<cv::Mat> rendered(const Capture& capture, const std::vector<int>& indices) {
+  std::vector<cv::Mat> pictures(indices.size());
+  parallel_for(indices.size(), 0, [&](std::size_t i) { pictures[i] = render_frame(capture, indices[i]); });
+  return pictures;
+}
+
+std::vector<int> range(int begin, int end) {
+  std::vector<int> indices;
+  for (int i = begin; i < end; ++i) indices.push_back(i);
+  return indices;
+}
+
+// From pictures to conditions, as a pass is recorded.
+class Rig {
+ public:
+  Rig(const std::string& pass, const Capture& capture)
+      : info_(info_of(capture)),
+        analysis_(info_, capture.camera),
+        coverage_(pass, capture.camera),
+        observer_(pass, true) {}
+
+  void add(const cv::Mat& picture) {
+    Frame frame;
+    frame.index = count_;
+    frame.time = count_++ / info_.fps;
+    frame.image = picture;
+    const FrameReading reading = analysis_.add(frame);
+    place_ = coverage_.add(reading, analysis_.luma());
+    seen_ = observer_.add(reading, place_, coverage_.map());
+    guidance_.update(seen_);
+  }
+
+  const CoverageReading& place() const { return place_; }
+  const CoverageMap& map() const { return coverage_.map(); }
+  const Observation& seen() const { return seen_; }
+  const Guidance& guidance() const { return guidance_; }
+
+ private:
+  static CameraInfo info_of(const Capture& capture) {
+    CameraInfo info;
+    info.width = capture.options.width;
+    info.height = capture.options.height;
+    info.fps = capture.options.fps;
+    return info;
+  }
+
+  CameraInfo info_;
+  FrameAnalysis analysis_;
+  Coverage coverage_;
+  Observer observer_;
+  Guidance guidance_;
+  CoverageReading place_;
+  Observation seen_;
+  int count_ = 0;
+};
+
+struct Case {
+  Sequence sequence;
+  const char* pass;
+  int frames;
+  std::uint64_t seed;
+};
+
+std::ostream& operator<<(std::ostream& out, const Case& c) {
+  return out << c.pass << " " << c.seed;
+}
+
+class RenderedWalk : public testing::TestWithParam<Case> {};
+
+TEST_P(RenderedWalk, IsFollowed) {
+  const Case& c = GetParam();
+  CaptureOptions options = small_capture(c.sequence, c.frames, c.seed);
+  options.defocus_px = 1.5;
+  options.stop = true;
+  options.samples = 2;  // corners that flicker from pixel to pixel are not followed well
+  const Capture capture = make_capture(options);
+  const std::vector<cv::Mat> pictures = rendered(capture, range(0, c.frames));
+
+  Rig rig(c.pass, capture);
+  double azimuth = 0.0, last = 0.0, worst = 0.0, height = 0.0, lift = 0.0;
+  std::optional<double> at_closure;
+  int right_band = 0, subject_known = 0, subject_seen = 0;
+  std::array<int, condition_count> raised{};
+  for (int i = 0; i < c.frames; ++i) {
+    const synthetic::FrameTruth& truth = capture.frames[static_cast<std::size_t>(i)];
+    rig.add(pictures[static_cast<std::size_t>(i)]);
+    const Eigen::Vector3d centre = centre_of(truth.cam_from_world);
+    const double direction = std::atan2(centre.x(), centre.z());
+    const double down = std::asin(-(truth.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ()).y());
+    if (i == 0) {
+      height = centre.y();
+      lift = down;
+    } else {
+      azimuth += std::remainder(direction - last, 2 * M_PI);
+    }
+    last = direction;
+    const double error = degrees * std::abs(rig.place().place.azimuth - azimuth);
+    worst = std::max(worst, error);
+    if (rig.place().is_closed && !at_closure) at_closure = error;
+    constexpr double border = 17.0 / degrees;
+    const Band truly = c.sequence == Sequence::orbit_body
+                           ? (centre.y() > height - 0.4 ? Band::body_upper : Band::body_lower)
+                       : down - lift > border  ? Band::crown
+                       : down - lift < -border ? Band::chin
+                                               : Band::head_ring;
+    if (truly == rig.place().band) ++right_band;
+    if (rig.seen().has_subject) ++subject_known;
+    if (rig.seen().has_subject == true) ++subject_seen;
+    for (std::size_t k = 0; k < condition_count; ++k) raised[k] += rig.guidance().conditions()[k] ? 1 : 0;
+  }
+  EXPECT_LE(worst, 10.0);
+  ASSERT_TRUE(at_closure);
+  EXPECT_LE(*at_closure, 5.0);
+  EXPECT_GE(right_band, 0.95 * c.frames);
+  for (const Band band : all_bands) {
+    for (int s = 0; s < CoverageMap::sectors; ++s) {
+      const CoverageCell& cell = rig.map().cell(band, s);
+      if (!cell.is_covered()) continue;
+      EXPECT_FALSE(capture.frames[static_cast<std::size_t>(cell.best_frame)].defocused) << name_of(band) << " " << s;
+    }
+  }
+  EXPECT_GE(subject_known, 0.8 * c.frames);
+  EXPECT_GE(subject_seen, 0.99 * subject_known);
+  for (const Condition none :
+       {Condition::camera_lost, Condition::no_subject, Condition::too_dark, Condition::too_bright,
+        Condition::subject_moved, Condition::too_fast, Condition::too_close, Condition::too_far}) {
+    EXPECT_EQ(raised[static_cast<std::size_t>(none)], 0) << name_of(none);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Passes, RenderedWalk,
+                         testing::Values(Case{Sequence::orbit_body, "body", 320, 1},
+                                         Case{Sequence::orbit_head, "head", 180, 2},
+                                         Case{Sequence::orbit_head, "head", 180, 3}));
+
+TEST(RenderedRoom, AWalkAroundNobodyHasNoSubject) {
+  for (const Case& c : {Case{Sequence::orbit_body, "body", 320, 4}, Case{Sequence::orbit_head, "head", 180, 5}}) {
+    SCOPED_TRACE(c.pass);
+    const Capture capture = without_subject(make_capture(small_capture(c.sequence, c.frames, c.seed)));
+    constexpr int frames = 90;
+    const std::vector<cv::Mat> pictures = rendered(capture, range(0, frames));
+    Rig rig(c.pass, capture);
+    int known = 0, seen = 0;
+    for (const cv::Mat& picture : pictures) {
+      rig.add(picture);
+      if (rig.seen().has_subject) ++known;
+      if (rig.seen().has_subject == true) ++seen;
+    }
+    EXPECT_GE(known, 0.7 * frames);
+    EXPECT_LE(seen, 0.02 * known);
+    EXPECT_TRUE(rig.guidance().is_raised(Condition::no_subject));
+  }
+}
+
+// A walk in which something goes wrong for two seconds.
+class ScriptedWalk : public testing::Test {
+ protected:
+  static constexpr int clean = 60, trouble = 30, frames = 400;
+
+  static const Capture& walk() {
+    static const Capture capture = make_capture(small_capture(Sequence::orbit_body, frames, 6));
+    return capture;
+  }
+  static const std::vector<cv::Mat>& pictures() {
+    static const std::vector<cv::Mat> all = rendered(walk(), range(0, clean + 4 * trouble + clean));
+    return all;
+  }
+  static const cv::Mat& picture(int at) { return pictures()[static_cast<std::size_t>(at)]; }
+
+  // What is wrong, without what is told of the way.
+  static constexpr std::size_t trouble_count = static_cast<std::size_t>(Condition::direction_reversed) + 1;
+  static Conditions troubles(const Guidance& guidance) {
+    return guidance.conditions() & Conditions((1U << trouble_count) - 1U);
+  }
+
+  // The walk, the trouble from `picture`, and the walk again from frame `after` on.
+  static void play(Condition raises, const std::vector<cv::Mat>& wrong, int after,
+                   const std::vector<Condition>& also = {}) {
+    Rig rig("body", walk());
+    const double interval = 1.0 / walk().options.fps;
+    for (int i = 0; i < clean; ++i) {
+      rig.add(picture(i));
+      EXPECT_TRUE(troubles(rig.guidance()).none()) << i << ": " << rig.guidance().conditions();
+    }
+    int changes = 0;
+    bool was = false;
+    const auto note = [&] {
+      const bool is = rig.guidance().is_raised(raises);
+      changes += is != was ? 1 : 0;
+      was = is;
+    };
+    double lasted = 0.0;
+    for (const cv::Mat& one : wrong) {
+      rig.add(one);
+      lasted += interval;
+      note();
+      if (lasted > 0.5 + interval) {
+        EXPECT_TRUE(rig.guidance().is_raised(raises)) << name_of(raises) << " after " << lasted;
+      }
+      for (std::size_t k = 0; k < trouble_count; ++k) {
+        const auto other = static_cast<Condition>(k);
+        const bool may = other == raises || std::find(also.begin(), also.end(), other) != also.end();
+        EXPECT_TRUE(may || !rig.guidance().conditions()[k]) << name_of(other) << " after " << lasted;
+      }
+    }
+    lasted = 0.0;
+    for (int i = 0; i < clean; ++i) {
+      rig.add(picture(after + i));
+      lasted += interval;
+      note();
+      if (lasted > 1.0 + interval) {
+        EXPECT_TRUE(troubles(rig.guidance()).none()) << rig.guidance().conditions() << " after " << lasted;
+      }
+    }
+    EXPECT_EQ(changes, 2) << name_of(raises);
+  }
+
+  static std::vector<cv::Mat> changed(const std::function<void(cv::Mat&)>& change) {
+    std::vector<cv::Mat> wrong;
+    for (int i = 0; i < trouble; ++i) change(wrong.emplace_back(picture(clean + i).clone()));
+    return wrong;
+  }
+};
+
+TEST_F(ScriptedWalk, TheLightGoesOut) {
+  // In the dark nothing can be told of the person, nor of how sharp the picture is.
+  play(Condition::too_dark, changed([](cv::Mat& one) { one.convertTo(one, -1, 0.1); }), clean + trouble,
+       {Condition::blurred, Condition::no_subject});
+}
+
+TEST_F(ScriptedWalk, ALampShinesIn) {
+  play(Condition::too_bright, changed([](cv::Mat& one) { one(cv::Rect(0, 0, one.cols, one.rows / 2)).setTo(255); }),
+       clean + trouble, {Condition::blurred, Condition::no_subject});
+}
+
+TEST_F(ScriptedWalk, TheFocusIsLost) {
+  play(Condition::blurred, changed([](cv::Mat& one) { cv::GaussianBlur(one, one, {}, 2.5); }), clean + trouble);
+}
+
+TEST_F(ScriptedWalk, TheOperatorRuns) {
+  std::vector<cv::Mat> wrong;
+  for (int i = 0; i < trouble; ++i) wrong.push_back(picture(clean + 4 * i));
+  play(Condition::too_fast, wrong, clean + 4 * trouble, {Condition::blurred});
+}
+
+TEST_F(ScriptedWalk, TheOperatorTurnsBack) {
+  std::vector<cv::Mat> wrong;
+  for (int i = 0; i < trouble; ++i) wrong.push_back(picture(clean - i));
+  play(Condition::direction_reversed, wrong, clean - trouble);
+}
+
+TEST_F(ScriptedWalk, ThePersonLeavesAndComesBack) {
+  const Capture nobody = without_subject(walk());
+  play(Condition::no_subject, rendered(nobody, range(clean, clean + trouble)), clean + trouble);
+}
+
+}  // namespace
+}  // namespace gyre
