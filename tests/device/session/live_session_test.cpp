@@ -256,9 +256,7 @@ TEST_F(LiveSessionTest, ACameraThatIsLostInMidPassIsWaitedFor) {
   rig.press();
   rig.wait_for_frames(60);
   switches_.is_there = false;
-  const auto is_lost = [](const LiveStatus& status) {
-    return status.is_raised(Condition::camera_lost);
-  };
+  const auto is_lost = [](const LiveStatus& status) { return status.is_raised(Condition::camera_lost); };
   const LiveStatus lost = rig.wait_until(is_lost, "lost");
   EXPECT_EQ(lost.state, State::pass);
   EXPECT_EQ(lost.signal, signal_of(Condition::camera_lost));
@@ -353,9 +351,7 @@ TEST_F(LiveSessionTest, WithoutAHostRecordingGoesOnAndTheScanWaits) {
   options.hello_timeout = std::chrono::milliseconds(50);
   const Uplink uplink(options, *spool);
   Rig rig(live_cameras(), folder(), Rig::quick(), &uplink, spool);
-  const auto is_gone = [](const LiveStatus& status) {
-    return status.is_raised(Condition::host_gone);
-  };
+  const auto is_gone = [](const LiveStatus& status) { return status.is_raised(Condition::host_gone); };
   rig.wait_until(is_gone, "host gone");
   rig.press();
   rig.wait_for_frames(120);
