@@ -109,8 +109,8 @@ void Desk::handle(const std::string& peer, const std::string& key, std::string_v
   if (scan && !device.scans.contains(*scan)) {
     return refuse(peer, RefusalKind::not_allowed, "scan " + *scan + " is not open here");
   }
-  if (scan && !std::holds_alternative<wire::FileChunk>(*message)) settle(*scan);
-  if (const auto* open = std::get_if<wire::ScanOpen>(&*message)) settle(open->scan);
+  if (scan && !std::holds_alternative<wire::FileChunk>(*message)) settle_files(*scan);
+  if (const auto* open = std::get_if<wire::ScanOpen>(&*message)) settle_files(open->scan);
   std::visit(Handler{*this, peer, device}, *message);
 }
 
@@ -121,6 +121,7 @@ void Desk::answer_finished() {
 
 void Desk::say_finished() {
   for (Receiver::Finished& one : receiver_.finished()) {
+    if (one.queued) on_queued_(one.scan);
     const std::string peer = peer_of(one.scan);
     if (peer.empty()) continue;  // it asks when it comes back
     if (one.answer) {
@@ -131,8 +132,14 @@ void Desk::say_finished() {
   }
 }
 
-void Desk::settle(const std::string& scan_id) {
+void Desk::settle_files(const std::string& scan_id) {
   receiver_.wait_for(scan_id);
+  say_finished();
+}
+
+void Desk::settle(const std::string& scan_id) {
+  settle_files(scan_id);
+  receiver_.wait_for_checks();
   say_finished();
 }
 
@@ -217,14 +224,10 @@ void Desk::take_chunk(const std::string& peer, Conversation& device, const wire:
 }
 
 void Desk::close_scan(const std::string& peer, const wire::ScanClose& close) {
-  bool queued = false;
-  Result<wire::ScanState> state = receiver_.close(close, queued);
+  Result<std::optional<wire::ScanState>> state = receiver_.close(close);
   if (!state) return give_up(peer, state.error());
-  if (queued) {
-    spdlog::info("scan {} is complete: {} files", close.scan, close.files.size());
-    on_queued_(close.scan);
-  }
-  send(peer, std::move(*state));
+  if (*state) return send(peer, std::move(**state));
+  spdlog::info("scan {} is complete: {} files", close.scan, close.files.size());
 }
 
 void Desk::send_result(const std::string& peer, const wire::ResultRequest& request) {

@@ -43,9 +43,9 @@ class Desk {
   // One message, as it came: key is the peer's authenticated public key, bytes what it sent.
   void receive(const std::string& peer, const std::string& key, std::string_view bytes);
 
-  // Answers for files that are on disk by now.
+  // Answers for files that are on disk, and for scans that are checked, by now.
   void answer_finished();
-  // Waits until all that have come whole are, and answers for them.
+  // Waits until a scan's files that have come whole are on disk, and what is complete is checked, and answers for them.
   void settle(const std::string& scan_id);
 
   // Tells the scan's device, when it is there, and remembers for when it comes.
@@ -80,6 +80,7 @@ class Desk {
   void give_up(const std::string& peer, const Error& error);
   void handle(const std::string& peer, const std::string& key, std::string_view bytes);
   void say_finished();
+  void settle_files(const std::string& scan_id);
   void remove_gone();
   std::string peer_of(const std::string& scan_id) const;
 

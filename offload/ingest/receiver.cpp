@@ -98,7 +98,8 @@ Result<wire::ScanState> Receiver::state(const std::string& scan_id) {
   return state;
 }
 
-// The answer to a chunk that is not written, if it is not: its file is here, or its scan takes no files.
+// The answer to a chunk that is not written, if it is not: its file is here, or its scan takes no files. While a scan
+// is checked there is none: the check's outcome is the answer.
 Result<std::optional<wire::Message>> Receiver::answer_unwritten(const wire::FileChunk& chunk, bool& wanted) {
   using Answer = std::optional<wire::Message>;
   wanted = false;
@@ -115,7 +116,7 @@ Result<std::optional<wire::Message>> Receiver::answer_unwritten(const wire::File
     if (!now) return tl::unexpected(now.error());
     return Answer(std::move(*now));
   }
-  wanted = true;
+  wanted = !checking_.contains(chunk.scan);
   return Answer();
 }
 
@@ -173,7 +174,26 @@ std::vector<Receiver::Finished> Receiver::finished() {
     if (file.name.starts_with(frames_folder)) ++counts_.received_frames;
     all.push_back({scan, wire::FileAck{scan, file.name, file.sha256}});
   }
+  for (const CheckedBundle& checked : checker_.take()) all.push_back(conclude(checked));
   return all;
+}
+
+Receiver::Finished Receiver::conclude(const CheckedBundle& checked) {
+  const auto& [scan, good] = checked;
+  checking_.erase(scan);
+  const Result<std::optional<StoredScan>> known = store_.scan(scan);
+  if (!known) return {scan, tl::unexpected(known.error())};
+  const bool was_deleted = !*known;
+  if (!was_deleted) {
+    if (!good) spdlog::error("scan {} is not a usable bundle: {}", scan, good.error().message());
+    const Result<void> noted = good ? store_.queue_job(scan) : store_.fail_job(scan, good.error().message());
+    if (!noted) return {scan, tl::unexpected(noted.error())};
+  }
+  std::error_code error;
+  fs::remove_all(store_.incoming(scan), error);
+  Result<wire::ScanState> now = state(scan);
+  if (!now) return {scan, tl::unexpected(now.error()), good.has_value() && !was_deleted};
+  return {scan, std::move(*now), good.has_value() && !was_deleted};
 }
 
 void Receiver::wait_for(const std::string& scan_id) {
@@ -187,6 +207,7 @@ Result<void> Receiver::discard(const wire::Discard& discard) {
   const Result<std::optional<StoredScan>> scan = store_.scan(discard.scan);
   if (!scan) return tl::unexpected(scan.error());
   if (!*scan || (*scan)->phase != StorePhase::receiving || !wire::is_bundle_file(discard.name)) return {};
+  if (checking_.contains(discard.scan)) return {};
   if (Result<void> removed = store_.remove_file(discard.scan, discard.name); !removed) return removed;
   std::error_code error;
   fs::remove(store_.bundle(discard.scan).root() / discard.name, error);
@@ -196,27 +217,24 @@ Result<void> Receiver::discard(const wire::Discard& discard) {
   return {};
 }
 
-Result<wire::ScanState> Receiver::close(const wire::ScanClose& manifest, bool& queued) {
+Result<std::optional<wire::ScanState>> Receiver::close(const wire::ScanClose& manifest) {
+  using Answer = std::optional<wire::ScanState>;
+  if (checking_.contains(manifest.scan)) return Answer();
   Result<wire::ScanState> now = state(manifest.scan);
-  if (!now || now->phase != wire::ScanPhase::receiving) return now;
+  if (!now) return tl::unexpected(now.error());
+  if (now->phase != wire::ScanPhase::receiving) return Answer(std::move(*now));
   std::map<std::string, std::string> stored;  // name to hash
   for (const wire::HeldFile& held : now->files) {
     if (held.stored) stored[held.file.name] = held.file.sha256;
   }
   for (const wire::FileEntry& file : manifest.files) {
     const auto found = stored.find(file.name);
-    if (found == stored.end() || found->second != file.sha256) return now;
+    if (found == stored.end() || found->second != file.sha256) return Answer(std::move(*now));
   }
   if (Result<void> removed = remove_unlisted(manifest); !removed) return tl::unexpected(removed.error());
-  const Result<void> good = verify_bundle(store_.bundle(manifest.scan));
-  if (!good) spdlog::error("scan {} is not a usable bundle: {}", manifest.scan, good.error().message());
-  const Result<void> noted =
-      good ? store_.queue_job(manifest.scan) : store_.fail_job(manifest.scan, good.error().message());
-  if (!noted) return tl::unexpected(noted.error());
-  queued = good.has_value();
-  std::error_code error;
-  fs::remove_all(store_.incoming(manifest.scan), error);
-  return state(manifest.scan);
+  checking_.insert(manifest.scan);
+  checker_.add(manifest.scan);
+  return Answer();
 }
 
 // Takes what the manifest does not name out of the catalogue and off the disk, files that a crash kept from being

@@ -4,6 +4,7 @@
 
 #include "common/result/result.h"
 #include "common/wire/wire.h"
+#include "offload/ingest/bundle_checker.h"
 #include "offload/ingest/finisher.h"
 #include "offload/ingest/link_board.h"
 #include "offload/ingest/part_files.h"
@@ -29,7 +30,11 @@ class Receiver {
   // on_finished is called, from another thread, when finished() has something.
   Receiver(
       Store& store, std::uint64_t max_file_bytes, LinkCounts& counts, std::function<void()> on_finished = [] {})
-      : store_(store), max_file_bytes_(max_file_bytes), counts_(counts), finisher_(store, std::move(on_finished)) {}
+      : store_(store),
+        max_file_bytes_(max_file_bytes),
+        counts_(counts),
+        finisher_(store, on_finished),
+        checker_(store, std::move(on_finished)) {}
 
   // What the host has of a scan. Files that vanished from the disk are taken out of the catalogue first.
   Result<wire::ScanState> state(const std::string& scan_id);
@@ -40,21 +45,24 @@ class Receiver {
 
   struct Finished {
     std::string scan;
-    Result<wire::Message> answer;  // FileAck, or FileResume when the file was damaged
+    Result<wire::Message> answer;  // FileAck; FileResume when a file was damaged; ScanState of a scan that was checked
+    bool queued = false;           // the scan's job is new
   };
-  // What has become of files that had come whole, since the last call.
+  // What has become of files and scans that had come whole, since the last call.
   std::vector<Finished> finished();
   // Until there is an outcome of every file of that scan.
   void wait_for(const std::string& scan_id);
+  // Until there is an outcome of every scan that has come whole.
+  void wait_for_checks() { checker_.wait(); }
 
   // The rest is to be called when there is nothing to wait for of that scan.
 
-  // Forgets a candidate while the scan is still receiving.
+  // Forgets a candidate while the scan is still receiving and not being checked.
   Result<void> discard(const wire::Discard& discard);
 
-  // Compares the scan with its manifest. When all is here: removes what is not in it, verifies the bundle and queues
-  // the job (`queued` becomes true), or fails the scan. Returns the scan's state then.
-  Result<wire::ScanState> close(const wire::ScanClose& manifest, bool& queued);
+  // Compares the scan with its manifest. When files lack, returns the scan's state. When all is here, removes what is
+  // not in it and has the bundle verified; finished() tells when its job is queued, or the scan has failed.
+  Result<std::optional<wire::ScanState>> close(const wire::ScanClose& manifest);
 
   // To be called now and then: gives back what files hold that were removed while they were received.
   void tidy() { parts_.close_removed(); }
@@ -63,14 +71,17 @@ class Receiver {
   Result<std::optional<wire::Message>> answer_unwritten(const wire::FileChunk& chunk, bool& wanted);
   std::filesystem::path part_of(const std::string& scan_id, const std::string& name, const std::string& sha256) const;
   Result<void> remove_unlisted(const wire::ScanClose& manifest);
+  Finished conclude(const CheckedBundle& checked);
 
   Store& store_;
   std::uint64_t max_file_bytes_;
   LinkCounts& counts_;
   std::set<std::filesystem::path> finishing_;  // parts that are the finisher's
   std::set<std::filesystem::path> resuming_;   // parts whose sender was asked to resume and has not yet
+  std::set<std::string> checking_;             // scans that are the checker's
   PartFiles parts_;
   Finisher finisher_;
+  BundleChecker checker_;
 };
 
 }  // namespace gyre

@@ -34,6 +34,7 @@ class DeskTest : public testing::Test {
   void say(const std::string& peer, const wire::Message& message) {
     desk_->receive(peer, "key of " + peer.substr(0, 1), wire::encode(message));
     if (const auto* chunk = std::get_if<wire::FileChunk>(&message)) desk_->settle(chunk->scan);
+    if (const auto* close = std::get_if<wire::ScanClose>(&message)) desk_->settle(close->scan);
   }
   void greet(const std::string& peer) { say(peer, wire::Hello{wire::protocol_major, 0, peer}); }
   void open(const std::string& peer, const Scan& scan) { say(peer, wire::ScanOpen{scan.id, to_json(scan).dump()}); }
@@ -342,6 +343,24 @@ TEST_F(DeskClose, QueuesACompleteScanOnceAndDropsWhatIsNotInIt) {
   say("a", chunk_of(scan_.id, keyframe_name(9), content_, 0, 2000));
   EXPECT_EQ(heard<wire::ScanState>("a")->phase, wire::ScanPhase::queued);
   EXPECT_FALSE(stored(scan_.id, keyframe_name(9)));
+  EXPECT_EQ(queued_, std::vector{scan_.id});
+}
+
+TEST_F(DeskClose, WhatComesWhileAScanIsCheckedChangesNothing) {
+  const auto spool = Spool::open(device_.path()).value();
+  ASSERT_TRUE(spool_scan(*spool, scan_, {1, 2}, 1000, 1));
+  greet("a");
+  open("a", scan_);
+  const wire::ScanClose manifest = upload(*spool, {});
+  const auto say_on = [&](const wire::Message& message) { desk_->receive("a", "key of a", wire::encode(message)); };
+  say_on(manifest);
+  say_on(manifest);
+  say_on(chunk_of(scan_.id, keyframe_name(9), content_, 0, 2000));
+  say_on(wire::Discard{scan_.id, keyframe_name(1)});
+  desk_->settle(scan_.id);
+  EXPECT_EQ(heard<wire::ScanState>("a")->phase, wire::ScanPhase::queued);
+  EXPECT_EQ(list_frames(store_->bundle(scan_.id))->size(), 2U);
+  EXPECT_FALSE(std::filesystem::exists(store_->incoming(scan_.id)));
   EXPECT_EQ(queued_, std::vector{scan_.id});
 }
 
