@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstring>
 #include <system_error>
+#include <utility>
 
 namespace gyre {
 
@@ -51,6 +52,7 @@ Result<void> Download::advance(const Send& send) {
     const std::uintmax_t held = fs::file_size(part(), error);
     received_ = error ? 0 : std::min<std::uint64_t>(held, file().size);
     asked_ = received_;
+    hole_.reset();
     return ask(send);
   }
   if (scan->phase != SpoolPhase::delivered) {
@@ -73,9 +75,15 @@ Result<void> Download::ask(const Send& send) {
 }
 
 Result<void> Download::on(const wire::ResultChunk& chunk, const Send& send) {
-  const bool expected = !finished() && chunk.name == file().name && chunk.sha256 == file().sha256 &&
-                        chunk.offset == received_ && chunk.data.size() <= file().size - received_;
-  if (!expected) return {};
+  const bool ours = !finished() && chunk.name == file().name && chunk.sha256 == file().sha256;
+  if (!ours || chunk.offset < received_) return {};
+  if (chunk.offset > received_) {
+    // It overtook one before it, and is not kept. Once for every hole: what was asked for before comes as well.
+    if (std::exchange(hole_, received_) == received_) return {};
+    asked_ = received_;
+    return ask(send);
+  }
+  if (chunk.data.size() > file().size - received_) return {};
   if (chunk.data.size() != std::min<std::uint64_t>(wire::max_chunk_bytes, file().size - received_)) {
     return fail("the host has less of a result than it says", file().name, "look at the host's disk");
   }

@@ -10,6 +10,7 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 
 namespace gyre {
@@ -36,10 +37,11 @@ class Download {
 
   Spool& spool_;
   wire::ResultOffer offer_;
-  std::size_t next_file_ = 0;   // the one being fetched
-  std::uint64_t received_ = 0;  // bytes of it on disk
-  std::uint64_t asked_ = 0;     // bytes of it asked for
-  int damaged_ = 0;             // times a whole file did not match its hash
+  std::size_t next_file_ = 0;          // the one being fetched
+  std::uint64_t received_ = 0;         // bytes of it on disk
+  std::uint64_t asked_ = 0;            // bytes of it asked for
+  std::optional<std::uint64_t> hole_;  // where a chunk was last found to be missing
+  int damaged_ = 0;                    // times a whole file did not match its hash
 };
 
 }  // namespace gyre

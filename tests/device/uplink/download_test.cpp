@@ -69,6 +69,19 @@ TEST_F(DownloadTest, FetchesEveryFileAndDeliversTheScan) {
   EXPECT_TRUE(std::holds_alternative<wire::ResultAck>(sent_.front()));
 }
 
+TEST_F(DownloadTest, ChunksThatOvertakeOneAnotherHoldNothingUp) {
+  Download download(*spool_, offer());
+  ASSERT_TRUE(download.start(send()));
+  int answered = 0;
+  for (; !download.finished() && answered < all; answered += 2) {
+    if (sent_.size() > 1 && std::holds_alternative<wire::ResultRequest>(sent_[1])) std::swap(sent_[0], sent_[1]);
+    ASSERT_TRUE(serve(download, 2));
+  }
+  EXPECT_TRUE(download.finished());
+  EXPECT_LT(answered, 200);  // of 22 chunks: what is asked for again is bounded
+  EXPECT_EQ(received(), avatar_);
+}
+
 TEST_F(DownloadTest, GoesOnWhereTheLastConnectionEnded) {
   {
     Download download(*spool_, offer());
