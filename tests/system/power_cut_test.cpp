@@ -114,7 +114,10 @@ class PowerCut : public testing::Test {
     std::string last;
     while (!device_->ended() && Clock::now() < until) {
       const auto status = page().Get("/api/status");
-      if (!status) continue;
+      if (!status) {
+        page_.reset();
+        continue;
+      }
       const nlohmann::json said = nlohmann::json::parse(status->body);
       const std::string state = said["state"];
       const bool is_over = state == "idle" || state == "avatar_ready";
@@ -140,7 +143,10 @@ class PowerCut : public testing::Test {
     expect_tidy(after, spool());
     expect_explained(before, after, said);
     auto health = page().Get("/health");
-    while (!health && !device_->ended()) health = page().Get("/health");
+    while (!health && !device_->ended()) {
+      page_.reset();  // its address may have been read before all of it was written
+      health = page().Get("/health");
+    }
     EXPECT_TRUE(!health || health->status == 200) << said;
   }
 
