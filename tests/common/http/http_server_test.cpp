@@ -81,6 +81,19 @@ class HttpServerTest : public ::testing::Test {
     return fd;
   }
 
+  // All that comes back for bytes sent by hand, until the server hangs up.
+  std::string answers_to(const std::string& bytes) const {
+    const int fd = connection();
+    EXPECT_EQ(::send(fd, bytes.data(), bytes.size(), 0), static_cast<ssize_t>(bytes.size()));
+    std::string answers;
+    std::array<char, 4096> block{};
+    for (ssize_t got = 0; (got = ::recv(fd, block.data(), block.size(), 0)) > 0;) {
+      answers.append(block.data(), static_cast<std::size_t>(got));
+    }
+    ::close(fd);
+    return answers;
+  }
+
   static constexpr std::array<PageFile, 2> files_ = {PageFile{"/index.html", "text/html; charset=utf-8", "<p>page</p>"},
                                                      PageFile{"/assets/a.js", "text/javascript", "1;"}};
   TemporaryFolder folder_;
@@ -152,14 +165,7 @@ TEST_F(HttpServerTest, TakesNoBodyOfARefusedRequestForTheNextRequest) {
   const std::string inner = "DELETE /thing HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Gyre: 1\r\nContent-Length: 0\r\n\r\n";
   const std::string outer = "POST /echo HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: text/plain\r\nContent-Length: " +
                             std::to_string(inner.size()) + "\r\n\r\n" + inner;
-  const int fd = connection();
-  ASSERT_EQ(::send(fd, outer.data(), outer.size(), 0), static_cast<ssize_t>(outer.size()));
-  std::string answers;
-  std::array<char, 4096> block{};
-  for (ssize_t got = 0; (got = ::recv(fd, block.data(), block.size(), 0)) > 0;) {
-    answers.append(block.data(), static_cast<std::size_t>(got));
-  }
-  ::close(fd);
+  const std::string answers = answers_to(outer);
   EXPECT_NE(answers.find(" 403 "), std::string::npos);
   EXPECT_EQ(answers.find("removed"), std::string::npos);
 }
@@ -206,14 +212,7 @@ TEST_F(HttpServerTest, TakesNoPartOfAFormForARequest) {
        {"multipart/form-data; boundary=b", "multipart/form-data", "application/x-www-form-urlencoded"}) {
     const std::string outer = std::string("POST /echo HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: ") + type +
                               "\r\nContent-Length: " + std::to_string(inner.size()) + "\r\n\r\n" + inner;
-    const int fd = connection();
-    ASSERT_EQ(::send(fd, outer.data(), outer.size(), 0), static_cast<ssize_t>(outer.size()));
-    std::string answers;
-    std::array<char, 4096> block{};
-    for (ssize_t got = 0; (got = ::recv(fd, block.data(), block.size(), 0)) > 0;) {
-      answers.append(block.data(), static_cast<std::size_t>(got));
-    }
-    ::close(fd);
+    const std::string answers = answers_to(outer);
     EXPECT_EQ(answers.find("removed"), std::string::npos) << type << answers;
   }
 }
