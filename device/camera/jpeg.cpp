@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/camera/jpeg.h"
 
+#include "device/camera/jpeg_extent.h"
+
 #include <turbojpeg.h>
 #include <algorithm>
 #include <array>
@@ -24,12 +26,6 @@ const unsigned char* bytes_of(std::string_view text) {
 
 bool has_three_bytes(Format format) {
   return format == Format::bgr || format == Format::rgb;
-}
-
-// Cameras pad with zeros, and some write bytes between segments that do no harm.
-bool ends_whole(std::string_view jpeg) {
-  const std::size_t last = jpeg.find_last_not_of('\0');
-  return last != std::string_view::npos && jpeg.substr(0, last + 1).ends_with("\xff\xd9");
 }
 
 struct Planes {
@@ -78,7 +74,7 @@ Planes planes_of(const RawPicture& picture) {
 }  // namespace
 
 Result<cv::Mat> decode_jpeg(std::string_view jpeg, int least_side) {
-  if (!ends_whole(jpeg)) return fail("the picture ends too early", std::to_string(jpeg.size()) + " bytes");
+  if (jpeg_extent(jpeg).empty()) return fail("the picture ends too early", std::to_string(jpeg.size()) + " bytes");
   const Handle handle(tjInitDecompress());
   int width = 0;
   int height = 0;

@@ -3,6 +3,7 @@
 
 #include "device/camera/encode_pool.h"
 #include "device/camera/jpeg.h"
+#include "device/camera/jpeg_extent.h"
 #include "device/camera/libcamera_opened.h"
 #include "device/camera/libcamera_shim.h"
 #include "device/camera/libcamera_streams.h"
@@ -195,6 +196,7 @@ class LibcameraCamera : public CameraDevice {
     const MappedBuffer& mapped = *opened_->buffers.at(&buffer);
     if (!readable(main().pixelFormat)->raw) {
       frame.jpeg = copy_jpeg(mapped, buffer.metadata().planes()[0].bytesused);
+      frame.jpeg.resize(jpeg_extent(frame.jpeg).size());
       Result<cv::Mat> image = decode_jpeg(frame.jpeg, analysis_side);
       if (!image) return std::nullopt;
       frame.image = std::move(*image);

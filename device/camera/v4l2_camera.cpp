@@ -3,6 +3,7 @@
 
 #include "device/camera/encode_pool.h"
 #include "device/camera/jpeg.h"
+#include "device/camera/jpeg_extent.h"
 #include "device/camera/sensor_clock.h"
 #include "device/camera/settle_watch.h"
 #include "device/camera/v4l2_device.h"
@@ -165,6 +166,7 @@ class V4l2Camera : public CameraDevice {
   }
 
   std::optional<Frame> compressed(std::string jpeg) {
+    jpeg.resize(jpeg_extent(jpeg).size());
     Result<cv::Mat> image = decode_jpeg(jpeg, analysis_side);
     if (!image) {
       ++counters_.torn;
