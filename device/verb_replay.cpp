@@ -3,6 +3,7 @@
 #include "common/log/log.h"
 #include "device/camera/camera_device.h"
 #include "device/link_flags.h"
+#include "device/recorder_flags.h"
 #include "device/session/record_scan.h"
 #include "device/session/unfinished.h"
 #include "device/spool/spool.h"
@@ -26,6 +27,7 @@ struct ReplayFlags {
   std::string head;
   std::string spool = (data_folder() / "spool").string();
   LinkFlags link;
+  RecorderFlags recorder;
   std::string pace = "fast";
   std::string out;
   double height_mm = 0.0;
@@ -34,7 +36,11 @@ struct ReplayFlags {
 
 // What makes two calls the same scan.
 std::string request_of(const ReplayFlags& given) {
-  return json{{"body", given.body}, {"head", given.head}, {"height_mm", given.height_mm}, {"name", given.link.name}}
+  return json{{"body", given.body},
+              {"head", given.head},
+              {"height_mm", given.height_mm},
+              {"name", given.link.name},
+              {"flow", given.recorder.flow}}
       .dump();
 }
 
@@ -94,7 +100,8 @@ Result<json> make_scan(const ReplayFlags& given, Spool& spool, Uplink* uplink) {
   scan.device = given.link.name;
   scan.software = GYRE_VERSION;
   if (given.height_mm > 0.0) scan.height_mm = given.height_mm;
-  const Result<RecordingSummary> recorded = record_scan(spool, scan, passes, terminal_progress("recording"));
+  const Result<RecordingSummary> recorded =
+      record_scan(spool, scan, passes, recorder_options(given.recorder), terminal_progress("recording"));
   if (!recorded) return tl::unexpected(recorded.error());
 
   json line = {{"scan", scan.id}, {"avatar", nullptr}};
@@ -153,6 +160,7 @@ void add_replay_verb(CLI::App& app, Verb& run) {
   verb->add_option("CAPTURE", flags->body, "video or folder of pictures of the whole body")->required();
   verb->add_option("--head", flags->head, "video or folder of pictures of the head; default: no head pass");
   add_link_flags(*verb, flags->link);
+  add_recorder_flags(*verb, flags->recorder);
   verb->add_option("--spool", flags->spool, "folder where scans are kept")->capture_default_str();
   verb->add_option("--height-mm", flags->height_mm, "stature of the subject, millimetres; 0: not known")
       ->check(CLI::Range(0.0, 3000.0))

@@ -11,6 +11,7 @@
 #include "device/page/device_page.h"
 #include "device/page_flags.h"
 #include "device/panel/panel.h"
+#include "device/recorder_flags.h"
 #include "device/session/live_session.h"
 #include "device/spool/spool.h"
 #include "device/stop_signals.h"
@@ -39,6 +40,7 @@ struct RunFlags {
   std::string spool = (data_folder() / "spool").string();
   LinkFlags link;
   PageFlags page;
+  RecorderFlags recorder;
   double height_mm = 0.0;
   std::string shut_down = "systemctl poweroff";
 };
@@ -165,6 +167,7 @@ int run(const RunFlags& given, const PanelOptions& panel_options) {
   LiveSessionOptions options;
   options.mode = given.mode;
   options.device = given.link.name;
+  options.recorder = recorder_options(given.recorder);
   if (given.height_mm > 0.0) options.height_mm = given.height_mm;
   // Only of one camera: the lens belongs to the scan, not to its passes.
   if (given.head_camera.empty()) {
@@ -242,6 +245,7 @@ void add_run_verb(CLI::App& app, Verb& chosen, const std::shared_ptr<PanelOption
       ->capture_default_str();
   add_link_flags(*verb, flags->link);
   add_page_flags(*verb, flags->page);
+  add_recorder_flags(*verb, flags->recorder);
   verb->add_option("--spool", flags->spool, "folder where scans are kept")->capture_default_str();
   verb->add_option("--height-mm", flags->height_mm, "stature of subjects, millimetres; 0: not known")
       ->check(CLI::Range(0.0, 3000.0))

@@ -43,7 +43,7 @@ class LiveSession::Loop {
         host_(spool, uplink),
         disk_(
             options_.room ? options_.room : [&spool] { return spool.room(); }, options_.least_room),
-        scan_(spool, folder, {options_.mode, options_.device, options_.camera, options_.memory}) {}
+        scan_(spool, folder, {options_.mode, options_.device, options_.camera, options_.recorder}) {}
 
   SessionDesk& desk() { return desk_; }
   void stop() { is_stopped_ = true; }

@@ -24,13 +24,13 @@
 namespace gyre {
 
 struct LiveSessionOptions {
-  std::string mode = "orbit";                          // passes body and head; or "turn", pass turn
-  std::string device;                                  // what the rig calls itself
-  std::optional<double> height_mm;                     // of subjects, when a start does not say
-  std::optional<Camera> camera;                        // upright, when it is calibrated
-  LadderOptions ladder;                                // for a camera that is not there at the start
-  std::chrono::milliseconds settle{3000};              // for exposure and focus, before they are held
-  std::size_t memory = PassRecorder::usual_memory;     // for pictures of a live camera, bytes
+  std::string mode = "orbit";              // passes body and head; or "turn", pass turn
+  std::string device;                      // what the rig calls itself
+  std::optional<double> height_mm;         // of subjects, when a start does not say
+  std::optional<Camera> camera;            // upright, when it is calibrated
+  LadderOptions ladder;                    // for a camera that is not there at the start
+  std::chrono::milliseconds settle{3000};  // for exposure and focus, before they are held
+  RecorderOptions recorder;
   std::uint64_t least_room = std::uint64_t{64} << 20;  // on the disk, to begin a pass, bytes
   std::function<Result<std::uint64_t>()> room;         // on the disk; empty: asks the spool
 

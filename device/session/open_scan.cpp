@@ -102,7 +102,7 @@ void OpenScan::start_pass(const CameraInfo& camera) {
   current_ = ScanPass{pass_, camera.fps, camera.expected_frames, camera.width, camera.height, camera.focal_35mm};
   Scan scan = *scan_;
   scan.passes.push_back(*current_);
-  recorder_.emplace(spool_, std::move(scan), pass_, camera, options_.memory);
+  recorder_.emplace(spool_, std::move(scan), pass_, camera, options_.recorder);
 }
 
 void OpenScan::add(Frame frame) {

@@ -20,7 +20,7 @@ struct OpenScanOptions {
   std::string mode = "orbit";  // or "turn"
   std::string device;
   std::optional<Camera> camera;  // when it is calibrated
-  std::size_t memory = PassRecorder::usual_memory;
+  RecorderOptions recorder;
 };
 
 // What came of closing a pass.

@@ -18,14 +18,14 @@ std::string file_of(const std::string& pass, int index) {
 
 }  // namespace
 
-PassRecorder::PassRecorder(Spool& spool, Scan scan, std::string pass, CameraInfo camera, std::size_t memory)
+PassRecorder::PassRecorder(Spool& spool, Scan scan, std::string pass, CameraInfo camera, const RecorderOptions& options)
     : spool_(spool),
       scan_(std::move(scan)),
       name_(std::move(pass)),
       camera_(std::move(camera)),
-      analysis_(name_, camera_, scan_.camera),
+      analysis_(name_, camera_, scan_.camera, options.measure),
       coverage_(name_, lens_of(camera_, scan_.camera)),
-      remembered_(memory) {}
+      remembered_(options.memory) {}
 
 PassRecorder::Picked PassRecorder::add(Frame frame) {
   std::optional<Frame> copy;

@@ -18,6 +18,11 @@
 
 namespace gyre {
 
+struct RecorderOptions {
+  std::size_t memory = std::size_t{32} << 20;  // for kept frames of a live camera, bytes
+  MeasureOptions measure;                      // what selection decides on
+};
+
 struct RecordingSummary {
   int frames = 0;
   int keyframes = 0;
@@ -34,10 +39,8 @@ using Recall =
 // are kept in memory as fit, spread over the whole pass, and the rule chooses among those and the spooled ones.
 class PassRecorder {
  public:
-  static constexpr std::size_t usual_memory = std::size_t{32} << 20;  // for kept frames of a live camera, bytes
-
   // scan: as it is when the pass begins, with this pass in it. The spool outlives this.
-  PassRecorder(Spool& spool, Scan scan, std::string pass, CameraInfo camera, std::size_t memory = usual_memory);
+  PassRecorder(Spool& spool, Scan scan, std::string pass, CameraInfo camera, const RecorderOptions& options = {});
 
   // What is to be done with pictures after a frame was added, in this order.
   struct Picked {

@@ -39,7 +39,7 @@ Result<void> follow(CameraDevice& camera, PassRecorder& recorder, const Progress
 }  // namespace
 
 Result<RecordingSummary> record_scan(Spool& spool, Scan scan, std::span<const PassPlan> passes,
-                                     const Progress& progress) {
+                                     const RecorderOptions& options, const Progress& progress) {
   RecordingSummary summary;
   const std::optional<SpoolPhase> phase = spool.phase(scan.id);
   if (phase && *phase != SpoolPhase::recording) return summary;
@@ -53,7 +53,7 @@ Result<RecordingSummary> record_scan(Spool& spool, Scan scan, std::span<const Pa
   std::vector<FrameRecord> records;
   for (std::size_t i = 0; i < passes.size(); ++i) {
     CameraDevice& camera = *passes[i].camera;
-    PassRecorder recorder(spool, scan, passes[i].name, camera.info());
+    PassRecorder recorder(spool, scan, passes[i].name, camera.info(), options);
     const auto share = [&](double fraction, std::string_view what) {
       progress((static_cast<double>(i) + fraction) / static_cast<double>(passes.size()), what);
     };

@@ -27,6 +27,6 @@ struct PassPlan {
 // in the spool already is neither written nor sent again. Does nothing for a scan that is closed. Errors: those of the
 // cameras, the selection and the spool; what was recorded stays in the spool.
 Result<RecordingSummary> record_scan(Spool& spool, Scan scan, std::span<const PassPlan> passes,
-                                     const Progress& progress);
+                                     const RecorderOptions& options, const Progress& progress);
 
 }  // namespace gyre

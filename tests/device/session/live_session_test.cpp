@@ -212,7 +212,7 @@ TEST_F(LiveSessionTest, ALiveCameraRecordsUntilThePressAndALongPressEndsTheScan)
 
 TEST_F(LiveSessionTest, LittleMemoryCostsNoMoreThanItsShareOfKeyframes) {
   LiveSessionOptions options = Rig::quick();
-  options.memory = 40'000;  // a dozen pictures
+  options.recorder.memory = 40'000;  // a dozen pictures
   Rig rig(live_cameras(), folder(), options);
   rig.press();
   rig.wait_for_frames(240);

@@ -54,7 +54,7 @@ class Session : public testing::Test {
   Result<RecordingSummary> record(CameraDevice& body, CameraDevice* head = nullptr) {
     std::vector<PassPlan> passes = {{"body", &body}};
     if (head != nullptr) passes.push_back({"head", head});
-    return record_scan(*spool_, scan_, passes, [](double, std::string_view) {});
+    return record_scan(*spool_, scan_, passes, {}, [](double, std::string_view) {});
   }
 
   // Name to content of the files that make the bundle.

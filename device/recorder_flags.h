@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// The flags that say how passes are recorded.
+#pragma once
+
+#include "device/session/pass_recorder.h"
+
+namespace CLI {
+class App;
+}
+
+namespace gyre {
+
+struct RecorderFlags {
+  FlowMethod flow = FlowMethod::farneback;
+  int memory_mib = 32;
+};
+
+void add_recorder_flags(CLI::App& verb, RecorderFlags& flags);
+
+RecorderOptions recorder_options(const RecorderFlags& given);
+
+}  // namespace gyre
