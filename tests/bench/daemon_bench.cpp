@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rig's whole session on frames of 1280 x 720 at 30 a second, without their decoding: what it takes of a core, what
-// memory it needs beside the frames, whether it keeps up and whether it grows.
+// memory it needs beside the frames, whether it keeps up and whether it grows: in one pass without end, and from scan to
+// scan.
 //
-//   daemon_bench DATA SPOOL [SECONDS]    DATA: folder of captures; SPOOL: emptied; default 600 seconds
+//   daemon_bench DATA SPOOL [SECONDS [SCANS]]    DATA: folder of captures; SPOOL: emptied; default 600 seconds, 15 scans
 #include "common/metrics/process_usage.h"
 #include "common/video/frame_source.h"
 #include "device/session/live_session.h"
 
+#include <malloc.h>
 #include <atomic>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -117,7 +119,35 @@ double resident_mib() {
   return resident_bytes() / (1 << 20);
 }
 
-int bench(const fs::path& data, const fs::path& folder, double seconds) {
+// What the program asked for and did not give back yet; the rest of its memory is kept for what comes.
+double allocated_mib() {
+  const struct mallinfo2 heap = ::mallinfo2();
+  return static_cast<double>(heap.uordblks + heap.hblkhd) / (1 << 20);
+}
+
+void wait_for(const LiveSession& session, const std::function<bool(const LiveStatus&)>& is_so) {
+  while (!is_so(session.status())) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+}
+
+// A day's work, shortened: scans of two passes, one after the other.
+void scan_after_scan(LiveSession& session, int scans) {
+  constexpr int frames = 240;  // a pass
+  double early = 0.0, most = 0.0;
+  for (int scan = 0; scan < scans; ++scan) {
+    for (const SessionState after : {SessionState::between_passes, SessionState::idle}) {
+      session.post({OperatorCommand::Kind::start, std::nullopt});
+      wait_for(session, [](const LiveStatus& now) { return now.state == SessionState::pass && now.frames >= frames; });
+      most = std::max(most, resident_mib());
+      session.post({OperatorCommand::Kind::stop, std::nullopt});
+      wait_for(session, [&](const LiveStatus& now) { return now.state == after; });
+    }
+    if (3 * scan < scans) early = most;
+  }
+  line("scans", scans, "scans");
+  line("memory_growth_by_scans", most - early, "MiB from the first third on");
+}
+
+int bench(const fs::path& data, const fs::path& folder, double seconds, int scans) {
   const Result<std::vector<Moment>> moments = moments_of(data / "synthetic-a" / "orbit-body" / "video.mp4");
   if (!moments) {
     std::fprintf(stderr, "daemon_bench: %s\n", moments.error().message().c_str());
@@ -144,19 +174,21 @@ int bench(const fs::path& data, const fs::path& folder, double seconds) {
     }
   });
   session.post({OperatorCommand::Kind::start, std::nullopt});
-  while (session.status().state != SessionState::pass) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  wait_for(session, [](const LiveStatus& now) { return now.state == SessionState::pass; });
 
   const auto begun = Clock::now();
   const double cpu = processor_seconds();
   const std::int64_t missed_before = missed;
   const int frames_before = session.status().frames;
   const auto passed = [&] { return std::chrono::duration<double>(Clock::now() - begun).count(); };
-  double early = 0.0, most = 0.0;
+  double early = 0.0, most = 0.0, early_allocated = 0.0, most_allocated = 0.0;
   while (passed() < seconds) {
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
-    const double now = resident_mib();
-    most = std::max(most, now);
-    if (passed() < 0.25 * seconds) early = std::max(early, now);
+    most = std::max(most, resident_mib());
+    most_allocated = std::max(most_allocated, allocated_mib());
+    if (passed() > 0.25 * seconds) continue;
+    early = most;
+    early_allocated = most_allocated;
   }
   const double took = passed();
   line("core", 100.0 * (processor_seconds() - cpu) / took, "% of a core");
@@ -164,7 +196,13 @@ int bench(const fs::path& data, const fs::path& folder, double seconds) {
   line("frames_missed", static_cast<double>(missed - missed_before), "frames");
   line("memory", most - frames_mib, "MiB beside code and decoded frames");
   line("memory_growth", most - early, "MiB from the first quarter on");
+  line("allocated_growth", most_allocated - early_allocated, "MiB from the first quarter on");
   line("seconds", took, "s");
+  session.post({OperatorCommand::Kind::stop, std::nullopt});
+  wait_for(session, [](const LiveStatus& now) { return now.state == SessionState::between_passes; });
+  session.post({OperatorCommand::Kind::cancel, std::nullopt});  // the head pass
+  wait_for(session, [](const LiveStatus& now) { return now.state == SessionState::idle; });
+  scan_after_scan(session, scans);
   session.stop();
   daemon.join();
   return 0;
@@ -174,9 +212,11 @@ int bench(const fs::path& data, const fs::path& folder, double seconds) {
 
 int main(int argc, char** argv) {
   if (argc < 3) {
-    std::fputs("usage: daemon_bench DATA SPOOL [SECONDS]\n", stderr);
+    std::fputs("usage: daemon_bench DATA SPOOL [SECONDS [SCANS]]\n", stderr);
     return 2;
   }
-  constexpr double usual = 600.0;
-  return bench(argv[1], argv[2], argc > 3 ? std::atof(argv[3]) : usual);
+  constexpr double usual_seconds = 600.0;
+  constexpr int usual_scans = 15;
+  return bench(argv[1], argv[2], argc > 3 ? std::atof(argv[3]) : usual_seconds,
+               argc > 4 ? std::atoi(argv[4]) : usual_scans);
 }
