@@ -132,6 +132,7 @@ Result<json> make_scan(const ReplayFlags& given, Spool& spool, Uplink* uplink) {
   line["sent_before_stop"] = share(recorded->early_keyframes);
   line["spooled_before_stop"] = share(recorded->early_proposed);
   line["discarded"] = recorded->discarded;
+  line["unsharp_sectors"] = recorded->unsharp_sectors;
   line["resumed"] = begun->resumed;
   end_scan(given.spool, request);
   return line;

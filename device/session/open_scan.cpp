@@ -136,10 +136,12 @@ Result<ClosedPass> OpenScan::close_pass(const Recall& recall) {
   recorder_.reset();
   if (!records) return tl::unexpected(records.error());
   if (const Result<void> done = passed(pass, *records); !done) return tl::unexpected(done.error());
-  return ClosedPass{true,
-                    "pass " + pass.name + ": " + std::to_string(summary.keyframes) + " keyframes of " +
-                        std::to_string(summary.frames) + " frames",
-                    summary.keyframes};
+  std::string text = "pass " + pass.name + ": " + std::to_string(summary.keyframes) + " keyframes of " +
+                     std::to_string(summary.frames) + " frames";
+  if (summary.unsharp_sectors > 0) {
+    text += "; " + std::to_string(summary.unsharp_sectors) + " sectors without a sharp picture";
+  }
+  return ClosedPass{true, text, summary.keyframes};
 }
 
 Result<void> OpenScan::drop_pass() {

@@ -35,8 +35,9 @@ PassRecorder::Picked PassRecorder::add(Frame frame) {
   if (copy) picked.spare = spare_of(std::move(*copy));
   if (camera_.photographs || name_ == "turn") return picked;
   place_ = coverage_.add(analysis_.reading(), analysis_.luma());
-  constexpr double degrees = 180.0 / M_PI;
-  azimuths_.push_back(place_->place.known ? std::optional(place_->place.azimuth * degrees) : std::nullopt);
+  const bool is_known = place_->place.known;
+  places_.push_back({is_known ? std::optional(place_->place.azimuth) : std::nullopt, place_->band,
+                     analysis_.reading().focus.sharpness});
   return picked;
 }
 
@@ -93,10 +94,10 @@ std::set<int> PassRecorder::spooled() const {
 }
 
 Result<Selection> PassRecorder::decide() const {
+  const std::set<int> there = camera_.live ? spooled() : std::set<int>();
+  const auto is_kept = [&](int i) { return !camera_.live || there.contains(i) || remembered_.find(i) != nullptr; };
   const auto rule = [&]() -> Result<Selection> {
     if (!camera_.live) return analysis_.finish();
-    const std::set<int> there = spooled();
-    const auto is_kept = [&](int i) { return there.contains(i) || remembered_.find(i) != nullptr; };
     std::vector<FrameMeasure> measures;
     measures.reserve(analysis_.frames().size());
     for (const MeasuredFrame& frame : analysis_.frames()) measures.push_back(frame.measure);
@@ -106,6 +107,7 @@ Result<Selection> PassRecorder::decide() const {
   if (!selection && selection.error().kind == Error::Kind::failed) {
     selection.error().where = "pass " + name_ + " (" + camera_.name + "), " + selection.error().where;
   }
+  if (selection) keep_least_bad(*selection, unsharp_sectors(map(), name_), places_, is_kept);
   return selection;
 }
 
@@ -130,8 +132,12 @@ Result<std::vector<FrameRecord>> PassRecorder::finish(const Selection& selection
 
   summary.frames += frames();
   summary.keyframes += static_cast<int>(keyframes.size());
+  summary.unsharp_sectors += static_cast<int>(unsharp_sectors(map(), name_).size());
   std::vector<FrameRecord> records = frame_records(name_, analysis_.frames(), selection);
-  for (std::size_t i = 0; i < azimuths_.size(); ++i) records[i].azimuth = azimuths_[i];
+  constexpr double degrees = 180.0 / M_PI;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (places_[i].azimuth) records[i].azimuth = *places_[i].azimuth * degrees;
+  }
   return records;
 }
 

@@ -7,6 +7,7 @@
 #include "device/camera/camera_device.h"
 #include "device/coverage/coverage.h"
 #include "device/session/recall_buffer.h"
+#include "device/session/unsharp_sectors.h"
 #include "device/spool/spool.h"
 
 #include <cstddef>
@@ -29,6 +30,7 @@ struct RecordingSummary {
   int early_keyframes = 0;  // keyframes the host had acknowledged when their pass was stopped
   int early_proposed = 0;   // keyframes that were in the spool then, on their way
   int discarded = 0;        // frames that were spooled and are no keyframes
+  int unsharp_sectors = 0;  // that were passed without a sharp frame
 };
 
 // Gives frames of a recording once more, as CameraDevice::recall does.
@@ -63,7 +65,8 @@ class PassRecorder {
   Result<void> keep(const Frame& likely);
   Result<void> remember(const Frame& spare);
 
-  // The exact rule over all frames. Errors: the pass is too short, or the camera did not move.
+  // The exact rule over all frames, and the least bad frame of sectors without a sharp one. Errors: the pass is too
+  // short, or the camera did not move.
   Result<Selection> decide() const;
 
   // Makes the pass in the spool what the selection says: takes back what is no keyframe and adds what is missing, from
@@ -84,7 +87,7 @@ class PassRecorder {
   PassAnalysis analysis_;
   Coverage coverage_;
   std::optional<CoverageReading> place_;
-  std::vector<std::optional<double>> azimuths_;  // by frame, degrees
+  std::vector<FramePlace> places_;  // by frame
   RecallBuffer remembered_;
   std::optional<Frame> sharpest_;  // of the last few frames of a camera that does not compress
   double sharpness_ = 0.0;
