@@ -100,9 +100,7 @@ class LibcameraCamera : public CameraDevice {
 
   void lock(std::chrono::milliseconds patience) override {
     lock_ = CameraLock::settling;
-    patience_ = patience;
-    asked_.reset();
-    settle_.restart();
+    settle_.begin(patience);
   }
 
   void unlock() override {
@@ -233,16 +231,13 @@ class LibcameraCamera : public CameraDevice {
 
   void hold_when_settled(const Frame& frame, const lc::ControlList& metadata) {
     if (lock_ != CameraLock::settling) return;
-    constexpr double milliseconds = 1e-3;
-    if (!asked_) asked_ = frame.time;
     const cv::Scalar mean = cv::mean(frame.image);
     const bool rests = settle_.add(frame.time, (mean[0] + mean[1] + mean[2]) / 3.0);
     // The camera knows best; not all say.
     const bool exposed = shim::exposure_settled(metadata).value_or(rests);
     const auto focus = metadata.get(ids::AfState);
     const bool focused = !focus || *focus == ids::AfStateFocused || *focus == ids::AfStateIdle;
-    const bool late = frame.time - *asked_ >= milliseconds * static_cast<double>(patience_.count());
-    if (!(exposed && focused) && !late) return;
+    if (!(exposed && focused) && !settle_.is_late()) return;
     if (!(exposed && focused)) spdlog::warn("{}: exposure or focus do not settle, held as they are", info_.name);
     hold(metadata);
   }
@@ -278,8 +273,6 @@ class LibcameraCamera : public CameraDevice {
 
   CameraLock lock_ = CameraLock::automatic;
   SettleWatch settle_;
-  std::chrono::milliseconds patience_{};
-  std::optional<double> asked_;                   // frame time of the first frame after lock()
   std::optional<lc::ControlList> held_;           // also for the next start
   std::optional<lc::ControlList> next_controls_;  // for the next request
 };

@@ -99,9 +99,7 @@ class V4l2Camera : public CameraDevice {
 
   void lock(std::chrono::milliseconds patience) override {
     lock_ = CameraLock::settling;
-    patience_ = patience;
-    asked_.reset();
-    settle_.restart();
+    settle_.begin(patience);
   }
 
   void unlock() override {
@@ -211,12 +209,9 @@ class V4l2Camera : public CameraDevice {
 
   void hold_when_settled(const Frame& frame) {
     if (lock_ != CameraLock::settling) return;
-    if (!asked_) asked_ = frame.time;
-    constexpr double milliseconds = 1e-3;
     const cv::Scalar mean = cv::mean(frame.image);
     const bool settled = settle_.add(frame.time, (mean[0] + mean[1] + mean[2]) / 3.0);
-    const bool late = frame.time - *asked_ >= milliseconds * static_cast<double>(patience_.count());
-    if (!settled && !late) return;
+    if (!settled && !settle_.is_late()) return;
     if (!settled) spdlog::warn("{}: the exposure does not settle, held as it is", info_.name);
     hold();
   }
@@ -258,8 +253,6 @@ class V4l2Camera : public CameraDevice {
 
   CameraLock lock_ = CameraLock::automatic;
   SettleWatch settle_;
-  std::chrono::milliseconds patience_{};
-  std::optional<double> asked_;                                    // frame time of the first frame after lock()
   std::vector<std::pair<std::uint32_t, std::int32_t>> automatic_;  // what unlock() sets back
   FrameSettings settings_;
 };
