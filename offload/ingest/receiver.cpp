@@ -2,6 +2,7 @@
 #include "offload/ingest/receiver.h"
 
 #include "common/bundle/atomic_file.h"
+#include "common/bundle/bundle.h"
 #include "common/bundle/sha256.h"
 
 #include <spdlog/spdlog.h>
@@ -75,6 +76,25 @@ fs::path Receiver::part_of(const std::string& scan_id, const std::string& name, 
   const std::string base = name.starts_with(frames_folder) ? name.substr(frames_folder.size()) : name;
   return store_.incoming(scan_id) / (base + "." + sha256 + std::string(part_suffix));
 }
+
+Receiver::Receiver(Store& store, std::uint64_t max_file_bytes, LinkCounts& counts, std::function<void()> on_finished)
+    : store_(store),
+      max_file_bytes_(max_file_bytes),
+      counts_(counts),
+      finisher_(
+          {.waiting = 32}, [&store](std::vector<ArrivedFile> files) { return finish_files(store, std::move(files)); },
+          on_finished),
+      checker_(
+          {.at_once = 1},
+          [&store](std::vector<std::string> scans) {
+            std::vector<CheckedBundle> checked;
+            for (std::string& scan : scans) {
+              Result<void> good = verify_bundle(store.bundle(scan));
+              checked.push_back({std::move(scan), std::move(good)});
+            }
+            return checked;
+          },
+          std::move(on_finished)) {}
 
 Result<wire::ScanState> Receiver::state(const std::string& scan_id) {
   const Result<std::optional<StoredScan>> scan = store_.scan(scan_id);

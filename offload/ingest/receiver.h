@@ -4,8 +4,8 @@
 
 #include "common/result/result.h"
 #include "common/wire/wire.h"
-#include "offload/ingest/bundle_checker.h"
-#include "offload/ingest/finisher.h"
+#include "offload/ingest/batch_worker.h"
+#include "offload/ingest/finish_files.h"
 #include "offload/ingest/link_board.h"
 #include "offload/ingest/part_files.h"
 #include "offload/store/store.h"
@@ -22,19 +22,14 @@ namespace gyre {
 
 // Files arrive in <store>/incoming/<scan-id>/ under a name made of theirs and their hash, so that what was received is
 // known after any restart from the disk alone; a complete one is checked, synced, moved into the bundle and catalogued,
-// and only then acknowledged; that is the finisher's work, whose outcome finished() hands out. An error means that the
-// store cannot go on (a full disk), not that the peer is at fault. Callers have made sure that the scan is open and
-// belongs to the device.
+// and only then acknowledged; that takes place on another thread, and finished() hands out its outcome. An error means
+// that the store cannot go on (a full disk), not that the peer is at fault. Callers have made sure that the scan is
+// open and belongs to the device.
 class Receiver {
  public:
   // on_finished is called, from another thread, when finished() has something.
   Receiver(
-      Store& store, std::uint64_t max_file_bytes, LinkCounts& counts, std::function<void()> on_finished = [] {})
-      : store_(store),
-        max_file_bytes_(max_file_bytes),
-        counts_(counts),
-        finisher_(store, on_finished),
-        checker_(store, std::move(on_finished)) {}
+      Store& store, std::uint64_t max_file_bytes, LinkCounts& counts, std::function<void()> on_finished = [] {});
 
   // What the host has of a scan. Files that vanished from the disk are taken out of the catalogue first.
   Result<wire::ScanState> state(const std::string& scan_id);
@@ -68,6 +63,10 @@ class Receiver {
   void tidy() { parts_.close_removed(); }
 
  private:
+  struct CheckedBundle {
+    std::string scan;
+    Result<void> good;
+  };
   Result<std::optional<wire::Message>> answer_unwritten(const wire::FileChunk& chunk, bool& wanted);
   std::filesystem::path part_of(const std::string& scan_id, const std::string& name, const std::string& sha256) const;
   Result<void> remove_unlisted(const wire::ScanClose& manifest);
@@ -80,8 +79,8 @@ class Receiver {
   std::set<std::filesystem::path> resuming_;   // parts whose sender was asked to resume and has not yet
   std::set<std::string> checking_;             // scans that are the checker's
   PartFiles parts_;
-  Finisher finisher_;
-  BundleChecker checker_;
+  BatchWorker<ArrivedFile, FinishedFile> finisher_;
+  BatchWorker<std::string, CheckedBundle> checker_;  // one scan at a time: every keyframe of it is decoded
 };
 
 }  // namespace gyre

@@ -11,7 +11,8 @@
 #include "common/bundle/sha256.h"
 #include "common/bundle/ulid.h"
 #include "common/metrics/process_usage.h"
-#include "offload/ingest/finisher.h"
+#include "offload/ingest/batch_worker.h"
+#include "offload/ingest/finish_files.h"
 #include "offload/ingest/ingest_server.h"
 #include "tests/bench/packet_line.h"
 
@@ -258,7 +259,8 @@ void finish(const fs::path& folder) {
   for (const bool waits : {true, false}) {
     fs::remove_all(folder / "finish");
     const auto store = must(Store::open(folder / "finish"));
-    Finisher finisher(*store, [] {});
+    const auto work = [&](std::vector<ArrivedFile> some) { return finish_files(*store, std::move(some)); };
+    BatchWorker<ArrivedFile, FinishedFile> finisher({.waiting = 32}, work, [] {});
     Scan scan;
     scan.id = new_ulid();
     must(store->open_scan(scan, "key", "rig"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "offload/ingest/finisher.h"
+#include "offload/ingest/finish_files.h"
 
 #include "common/bundle/atomic_file.h"
 #include "common/bundle/sha256.h"
@@ -12,8 +12,6 @@ namespace gyre {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::size_t most_waiting = 32;
 
 // Checks and syncs what has arrived; false when it is not what it should be.
 Result<bool> check(const ArrivedFile& arrived) {
@@ -37,56 +35,7 @@ Result<void> move_file(const fs::path& from, const fs::path& to) {
 
 }  // namespace
 
-Finisher::Finisher(Store& store, std::function<void()> on_finished)
-    : store_(store), on_finished_(std::move(on_finished)), thread_([this] { run(); }) {}
-
-Finisher::~Finisher() {
-  {
-    const std::scoped_lock lock(mutex_);
-    stopping_ = true;
-    changed_.notify_all();
-  }
-  thread_.join();
-}
-
-void Finisher::add(ArrivedFile file) {
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return waiting_.size() < most_waiting; });
-  waiting_.push_back(std::move(file));
-  changed_.notify_all();
-}
-
-void Finisher::wait() {
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return waiting_.empty() && !at_work_; });
-}
-
-std::vector<FinishedFile> Finisher::take() {
-  const std::scoped_lock lock(mutex_);
-  return std::exchange(finished_, {});
-}
-
-void Finisher::run() {
-  std::unique_lock lock(mutex_);
-  while (true) {
-    changed_.wait(lock, [this] { return stopping_ || !waiting_.empty(); });
-    if (stopping_) return;
-    std::deque<ArrivedFile> files = std::exchange(waiting_, {});
-    at_work_ = true;
-    changed_.notify_all();
-    lock.unlock();
-    std::vector<FinishedFile> done = finish(std::move(files));
-    lock.lock();
-    at_work_ = false;
-    finished_.insert(finished_.end(), std::make_move_iterator(done.begin()), std::make_move_iterator(done.end()));
-    changed_.notify_all();
-    lock.unlock();
-    on_finished_();
-    lock.lock();
-  }
-}
-
-std::vector<FinishedFile> Finisher::finish(std::deque<ArrivedFile> files) {
+std::vector<FinishedFile> finish_files(Store& store, std::vector<ArrivedFile> files) {
   std::vector<FinishedFile> done;
   for (ArrivedFile& file : files) {
     Result<bool> good = check(file);
@@ -98,7 +47,7 @@ std::vector<FinishedFile> Finisher::finish(std::deque<ArrivedFile> files) {
       if (Result<void> worked = work(one.arrived); !worked) one.stored = tl::unexpected(worked.error());
     }
   };
-  const auto place_of = [this](const ArrivedFile& file) { return store_.bundle(file.scan).root() / file.file.name; };
+  const auto place_of = [&](const ArrivedFile& file) { return store.bundle(file.scan).root() / file.file.name; };
   each_good([&](const ArrivedFile& file) { return move_file(file.part, place_of(file)); });
   std::set<fs::path> synced;
   each_good([&](const ArrivedFile& file) {
@@ -110,7 +59,7 @@ std::vector<FinishedFile> Finisher::finish(std::deque<ArrivedFile> files) {
     entries.push_back({file.scan, {file.file.name, file.file.size, file.file.sha256}});
     return Result<void>();
   });
-  if (Result<void> added = store_.add_files(entries); !added) {
+  if (Result<void> added = store.add_files(entries); !added) {
     each_good([&](const ArrivedFile&) { return added; });
   }
   return done;
