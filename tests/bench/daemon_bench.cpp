@@ -132,19 +132,23 @@ void wait_for(const LiveSession& session, const std::function<bool(const LiveSta
 // A day's work, shortened: scans of two passes, one after the other.
 void scan_after_scan(LiveSession& session, int scans) {
   constexpr int frames = 240;  // a pass
-  double early = 0.0, most = 0.0;
+  double early = 0.0, most = 0.0, early_allocated = 0.0, most_allocated = 0.0;
   for (int scan = 0; scan < scans; ++scan) {
     for (const SessionState after : {SessionState::between_passes, SessionState::idle}) {
       session.post({OperatorCommand::Kind::start, std::nullopt});
       wait_for(session, [](const LiveStatus& now) { return now.state == SessionState::pass && now.frames >= frames; });
       most = std::max(most, resident_mib());
+      most_allocated = std::max(most_allocated, allocated_mib());
       session.post({OperatorCommand::Kind::stop, std::nullopt});
       wait_for(session, [&](const LiveStatus& now) { return now.state == after; });
     }
-    if (3 * scan < scans) early = most;
+    if (3 * scan >= scans) continue;
+    early = most;
+    early_allocated = most_allocated;
   }
   line("scans", scans, "scans");
   line("memory_growth_by_scans", most - early, "MiB from the first third on");
+  line("allocated_growth_by_scans", most_allocated - early_allocated, "MiB from the first third on");
 }
 
 int bench(const fs::path& data, const fs::path& folder, double seconds, int scans) {
