@@ -79,6 +79,10 @@ class CameraDevice {
   // cameras without a clock.
   virtual std::optional<double> clock_offset() const { return std::nullopt; }
 
+  // CLOCK_MONOTONIC at the moment that is 0 in the frames' times since the last start, seconds; nothing before the
+  // first frame, and of cameras without a clock.
+  virtual std::optional<double> time_zero() const { return std::nullopt; }
+
   virtual CameraCounters counters() const { return {}; }
 
   // Delivers frames of the last recording once more, after it was stopped. indices: ascending. An error of `take` ends

@@ -117,6 +117,10 @@ class LibcameraCamera : public CameraDevice {
 
   CameraLock locked() const override { return lock_; }
   std::optional<double> clock_offset() const override { return clock_.offset(); }
+  std::optional<double> time_zero() const override {
+    if (!first_stamp_ || !clock_.offset()) return std::nullopt;
+    return *first_stamp_ + *clock_.offset();
+  }
 
   CameraCounters counters() const override {
     CameraCounters counters = opened_ ? opened_->arrivals.counters() : counters_;

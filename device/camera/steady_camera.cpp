@@ -93,6 +93,10 @@ class SteadyCamera : public CameraDevice {
   }
 
   std::optional<double> clock_offset() const override { return camera_ ? camera_->clock_offset() : std::nullopt; }
+  std::optional<double> time_zero() const override {
+    const std::optional<double> zero = camera_ ? camera_->time_zero() : std::nullopt;
+    return zero ? std::optional(*zero - shift_) : std::nullopt;
+  }
   CameraCounters counters() const override { return camera_ ? sum(counters_, camera_->counters()) : counters_; }
 
  private:

@@ -39,24 +39,33 @@ void Coverage::look_for_start(Start& start, const FrameReading& frame, const cv:
   start.is_closed = std::abs(reading.place.azimuth - start.mark.azimuth) > 2 * M_PI - nearly;
 }
 
-CoverageReading Coverage::add(const FrameReading& frame, const cv::Mat& luma, std::optional<double> turntable) {
+CoverageReading Coverage::turned(const FrameReading& frame, const cv::Mat& luma, std::optional<double> turntable) {
   CoverageReading reading;
+  reading.band = bands_of(pass_).front();
+  reading.place.known = turntable.has_value();
   if (turntable) {
     if (!turntable_start_) turntable_start_ = turntable;
     // The camera goes around the subject the other way.
-    reading.place.azimuth = *turntable_start_ - *turntable;
-    reading.band = bands_of(pass_).front();
-    constexpr double rounding = 1e-6;
-    reading.is_closed = std::abs(reading.place.azimuth) >= 2 * M_PI - rounding;
-  } else {
-    reading.place = orbit_.add(frame.camera);
-    reading.band = band_of(pass_, reading.place, band_);
-    std::optional<Start>& start = starts_[static_cast<std::size_t>(reading.band)];
-    if (is_ring(reading.band)) {
-      if (!start) start.emplace(Start{RememberedView(camera_, luma), orbit_.mark(), std::nullopt, false});
-      look_for_start(*start, frame, luma, reading);
-      reading.is_closed = start->is_closed;
-    }
+    azimuth_ = *turntable_start_ - *turntable;
+    map_.add(azimuth_, reading.band, frame.focus.sharpness, frame.focus.is_sharp, frame.index);
+  }
+  reading.place.azimuth = azimuth_;
+  constexpr double rounding = 0.01;  // of the table's angle, radians
+  reading.is_closed =
+      turntable_start_ ? std::abs(azimuth_) >= 2 * M_PI - rounding : turn_.add(luma, frame.focus.is_sharp);
+  return reading;
+}
+
+CoverageReading Coverage::add(const FrameReading& frame, const cv::Mat& luma, std::optional<double> turntable) {
+  if (pass_ == "turn") return turned(frame, luma, turntable);
+  CoverageReading reading;
+  reading.place = orbit_.add(frame.camera);
+  reading.band = band_of(pass_, reading.place, band_);
+  std::optional<Start>& start = starts_[static_cast<std::size_t>(reading.band)];
+  if (is_ring(reading.band)) {
+    if (!start) start.emplace(Start{RememberedView(camera_, luma), orbit_.mark(), std::nullopt, false});
+    look_for_start(*start, frame, luma, reading);
+    reading.is_closed = start->is_closed;
   }
   band_ = reading.band;
   const bool is_sharp = frame.focus.is_sharp && reading.place.known;

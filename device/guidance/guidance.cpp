@@ -38,7 +38,22 @@ constexpr std::array<Entry, condition_count> entries = {{
 }};
 
 constexpr Signal all_well = {Colour::green, Pattern::slow_blink, Tone::none, "Recording: walk on around the person."};
+constexpr Signal all_well_in_a_turn = {Colour::green, Pattern::slow_blink, Tone::none, "Recording: turn on slowly."};
 constexpr Signal waiting = {Colour::white, Pattern::steady, Tone::none, "Ready: press the button to start."};
+
+// What is said otherwise when nobody walks.
+struct Wording {
+  Condition condition;
+  std::string_view sentence;
+};
+constexpr std::array turn_wordings = {
+    Wording{Condition::too_fast, "Too fast: turn more slowly."},
+    Wording{Condition::blurred, "The picture is blurred: look at the focus."},
+    Wording{Condition::direction_reversed, "Wrong way: turn on as before."},
+    Wording{Condition::gap_behind, "There is a gap: turn on once more."},
+    Wording{Condition::ring_closed, "The turn is complete."},
+    Wording{Condition::host_gone, "No host: the scan is kept here, turn on."},
+};
 
 // A value against two borders: the one that raises, or, once it has, the one that clears.
 bool above(const std::optional<double>& value, bool was, double raise, double clear) {
@@ -54,8 +69,13 @@ std::string_view name_of(Condition condition) {
   return entries[at(condition)].name;
 }
 
-Signal signal_of(Condition condition) {
-  return entries[at(condition)].signal;
+Signal signal_of(Condition condition, bool is_turn) {
+  Signal signal = entries[at(condition)].signal;
+  if (!is_turn) return signal;
+  for (const Wording& wording : turn_wordings) {
+    if (wording.condition == condition) signal.sentence = wording.sentence;
+  }
+  return signal;
 }
 
 Result<void> GuidanceOptions::check() const {
@@ -109,6 +129,7 @@ Conditions Guidance::causes(const Observation& now) {
 
 const Conditions& Guidance::update(const Observation& now) {
   is_recording_ = now.is_recording;
+  is_turn_ = now.is_turn;
   const Conditions is = causes(now);
   for (std::size_t i = 0; i < condition_count; ++i) {
     if (is[i] != caused_[i]) changed_at_[i] = now.time;
@@ -122,9 +143,10 @@ const Conditions& Guidance::update(const Observation& now) {
 
 Signal Guidance::signal() const {
   for (std::size_t i = 0; i < condition_count; ++i) {
-    if (raised_[i]) return entries[i].signal;
+    if (raised_[i]) return signal_of(static_cast<Condition>(i), is_turn_);
   }
-  return is_recording_ ? all_well : waiting;
+  if (!is_recording_) return waiting;
+  return is_turn_ ? all_well_in_a_turn : all_well;
 }
 
 }  // namespace gyre

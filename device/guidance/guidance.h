@@ -54,12 +54,14 @@ struct Signal {
 
 // A short name for logs and pages: "too_fast".
 std::string_view name_of(Condition condition);
-Signal signal_of(Condition condition);
+// is_turn: the person turns before a camera that stands, and nobody walks.
+Signal signal_of(Condition condition, bool is_turn = false);
 
 // What is known at one moment. Nothing in an optional: not measured, which raises and clears as if all were well.
 struct Observation {
   double time = 0.0;  // seconds, ascending
   bool is_recording = false;
+  bool is_turn = false;  // the person turns before a camera that stands
   bool has_camera = true;
   bool has_disk = true;  // room for the rest of the scan
   bool has_host = true;  // or none is wanted
@@ -120,6 +122,7 @@ class Guidance {
   std::array<double, condition_count> changed_at_{};  // when the cause came or went
   std::optional<double> closed_at_;
   bool is_recording_ = false;
+  bool is_turn_ = false;
 };
 
 }  // namespace gyre

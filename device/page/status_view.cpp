@@ -24,6 +24,13 @@ json band_view(Band band, const std::array<CellStatus, CoverageMap::sectors>& ce
   return {{"band", name_of(band)}, {"is_ring", is_ring}, {"cells", seen}, {"quality", quality}};
 }
 
+// A turn on somebody's own feet: nothing tells what has been seen of them.
+bool is_without_places(const LiveStatus& status) {
+  const auto& cells = status.cells[static_cast<std::size_t>(bands_of(status.pass).front())];
+  return status.pass == "turn" && !status.azimuth &&
+         std::none_of(cells.begin(), cells.end(), [](const CellStatus& cell) { return cell.is_seen; });
+}
+
 std::string_view name_of(Colour colour) {
   constexpr std::array<std::string_view, 6> names = {"off", "white", "green", "blue", "yellow", "red"};
   return names[static_cast<std::size_t>(colour)];
@@ -45,12 +52,13 @@ json status_view(const LiveStatus& status) {
   for (std::size_t i = 0; i < condition_count; ++i) {
     if (!status.conditions[i]) continue;
     const auto condition = static_cast<Condition>(i);
-    json view = signal_view(signal_of(condition));
+    json view = signal_view(signal_of(condition, status.pass == "turn"));
     view["name"] = name_of(condition);
     conditions.push_back(std::move(view));
   }
   json coverage = json::array();
   for (const Band band : bands_of(status.pass)) {
+    if (is_without_places(status)) break;
     coverage.push_back(band_view(band, status.cells[static_cast<std::size_t>(band)]));
   }
   return {{"state", name_of(status.state)},

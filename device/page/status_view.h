@@ -8,8 +8,9 @@
 
 namespace gyre {
 
-// Of a band of the pass, {"band", "is_ring", "cells", "quality"}. A ring has to be seen all around; the texts have a
-// letter a sector: '.' not seen, '~' seen and not sharp, '#' covered; and the best quality in tenths, '0' to '9'.
+// Of a band of the pass, but for a turn of which no place is known, {"band", "is_ring", "cells", "quality"}. A ring has
+// to be seen all around; the texts have a letter a sector: '.' not seen, '~' seen and not sharp, '#' covered; and the
+// best quality in tenths, '0' to '9'.
 nlohmann::json status_view(const LiveStatus& status);
 
 }  // namespace gyre

@@ -130,6 +130,12 @@ void FramePump::tell(bool is_lost, const std::optional<Error>& trouble) {
   changed_.notify_all();
 }
 
+void FramePump::note_time_zero() {
+  const std::optional<double> zero = camera_->time_zero();
+  const std::lock_guard lock(mutex_);
+  news_.time_zero = zero;
+}
+
 // Waits for a camera that is not there. False: in vain.
 bool FramePump::open() {
   const Clock::time_point end = Clock::now() + seconds(ladder_.patience);
@@ -185,6 +191,7 @@ void FramePump::stream() {
     switch (event->kind) {
       case CameraEvent::Kind::frame:
         tell(false, std::nullopt);
+        note_time_zero();
         push(std::move(*event->frame));
         break;
       case CameraEvent::Kind::timeout:

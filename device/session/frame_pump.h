@@ -21,10 +21,11 @@ namespace gyre {
 // What a camera has to say.
 struct PumpNews {
   std::optional<Frame> frame;
-  bool has_ended = false;        // a recording; nothing more until arm()
-  bool is_lost = false;          // no frames come now, and the camera is being brought back
-  bool is_given_up = false;      // it will not come back
-  std::optional<Error> trouble;  // why it is lost or given up, when that is known
+  bool has_ended = false;           // a recording; nothing more until arm()
+  bool is_lost = false;             // no frames come now, and the camera is being brought back
+  bool is_given_up = false;         // it will not come back
+  std::optional<Error> trouble;     // why it is lost or given up, when that is known
+  std::optional<double> time_zero;  // see CameraDevice
 };
 
 // Opens the camera, also when it is not there yet, and streams from then on. When frames are not taken in time, the
@@ -59,6 +60,7 @@ class FramePump {
   bool open();
   void stream();
   void push(Frame frame);
+  void note_time_zero();
   void tell(bool is_lost, const std::optional<Error>& trouble);
   void do_tasks(std::unique_lock<std::mutex>& lock);
 

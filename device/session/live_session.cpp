@@ -59,7 +59,7 @@ class LiveSession::Loop {
       look_at_host();
       take_commands();
       arm_if_wanted();
-      if (news.frame) take(std::move(*news.frame));
+      if (news.frame) take(std::move(*news.frame), news.time_zero);
       hear(news);
       settle();
       if (const std::optional<Error> trouble = scan_.trouble(); trouble && state_ == SessionState::pass) {
@@ -271,16 +271,23 @@ class LiveSession::Loop {
     }
   }
 
-  void take(Frame frame) {
+  // Of a frame in a turn; nothing without a turntable, and of a camera without a clock.
+  std::optional<double> turntable_at(double time, const std::optional<double>& time_zero) const {
+    if (options_.turntable == nullptr || scan_.pass() != "turn" || !time_zero) return std::nullopt;
+    return options_.turntable->at(time + *time_zero);
+  }
+
+  void take(Frame frame, const std::optional<double>& time_zero) {
     desk_.show(frame.image);
     if (state_ != SessionState::pass) {
       showing_.idle_frame(now_, frame.image);
       return;
     }
+    const std::optional<double> turntable = turntable_at(frame.time, time_zero);
     if (!first_time_) first_time_ = frame.time;
     frame.index = count_++;
     frame.time -= *first_time_;
-    scan_.add(std::move(frame));
+    scan_.add(std::move(frame), turntable);
     showing_.recorded_frame(now_, *scan_.recorder());
   }
 

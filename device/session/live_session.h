@@ -5,6 +5,7 @@
 #include "common/result/result.h"
 #include "device/camera/fault_ladder.h"
 #include "device/camera/steady_camera.h"
+#include "device/coverage/turntable_angle.h"
 #include "device/session/live_status.h"
 #include "device/session/operator_command.h"
 #include "device/session/pass_recorder.h"
@@ -33,6 +34,7 @@ struct LiveSessionOptions {
   RecorderOptions recorder;
   std::uint64_t least_room = std::uint64_t{64} << 20;  // on the disk, to begin a pass, bytes
   std::function<Result<std::uint64_t>()> room;         // on the disk; empty: asks the spool
+  const TurntableAngle* turntable = nullptr;           // that the person stands on in a turn; outlives the session
 
   Result<void> check() const;
 };

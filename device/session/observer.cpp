@@ -85,20 +85,27 @@ Observation Observer::add(const FrameReading& frame, const std::optional<Coverag
   now.motion = frame.motion;
   now.is_sharp = frame.focus.is_sharp;
   now.is_last_pass = is_last_pass_;
-  if (frame.camera.known) now.subject_motion = frame.camera.subject_motion;
-  now.distance = approach(frame.time, frame.camera);
-  now.has_subject = subject(frame.time, frame.camera);
+  now.is_turn = pass_ == "turn";
+  if (frame.camera.known && !now.is_turn) now.subject_motion = frame.camera.subject_motion;
+  // Who turns moves by themselves, and a camera that stands tells neither how far away they are nor that nobody is
+  // there.
+  if (!now.is_turn) {
+    now.distance = approach(frame.time, frame.camera);
+    now.has_subject = subject(frame.time, frame.camera);
+  }
   if (!place) return now;
 
+  // Of a turn without a turntable only its end is seen.
+  const bool is_untold = now.is_turn && map.is_empty();
   if (place->is_closed) is_closed_[static_cast<std::size_t>(place->band)] = true;
   const std::optional<double> rate = azimuth_rate(frame.time, place->place);
   // Above and below the head, and once a ring is walked, any way is as good.
   if (is_ring(place->band) && !is_closed_[static_cast<std::size_t>(place->band)]) now.azimuth_rate = rate;
   now.is_closed = place->is_closed;
-  now.has_gap = now.is_closed && !map.gaps(place->band).empty();
+  now.has_gap = now.is_closed && !is_untold && !map.gaps(place->band).empty();
   now.is_pass_complete = true;
   for (const Band band : bands_of(pass_)) {
-    if (is_complete(band, map)) continue;
+    if (is_complete(band, map) || (is_untold && now.is_closed)) continue;
     now.is_pass_complete = false;
     // The first one is what a pass begins with.
     if (band != bands_of(pass_).front()) now.next = band;

@@ -105,9 +105,9 @@ void OpenScan::start_pass(const CameraInfo& camera) {
   recorder_.emplace(spool_, std::move(scan), pass_, camera, options_.recorder);
 }
 
-void OpenScan::add(Frame frame) {
+void OpenScan::add(Frame frame, std::optional<double> turntable) {
   PassRecorder& recorder = *recorder_;
-  PassRecorder::Picked picked = recorder.add(std::move(frame));
+  PassRecorder::Picked picked = recorder.add(std::move(frame), turntable);
   if (picked.likely) {
     writer_.put([&recorder, likely = std::move(*picked.likely)] { return recorder.keep(likely); });
   }

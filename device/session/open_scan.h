@@ -54,8 +54,9 @@ class OpenScan {
   void start_pass(const CameraInfo& camera);
   // Its recorder; null when none is on.
   const PassRecorder* recorder() const { return recorder_ ? &*recorder_ : nullptr; }
-  // Measures a frame and sends what is kept of it on its way; waits when the disk is far behind.
-  void add(Frame frame);
+  // Measures a frame and sends what is kept of it on its way; waits when the disk is far behind. turntable: see
+  // Coverage.
+  void add(Frame frame, std::optional<double> turntable);
   // A picture could not be written.
   std::optional<Error> trouble() const { return writer_.error(); }
 

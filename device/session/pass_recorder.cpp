@@ -27,14 +27,14 @@ PassRecorder::PassRecorder(Spool& spool, Scan scan, std::string pass, CameraInfo
       coverage_(name_, lens_of(camera_, scan_.camera)),
       remembered_(options.memory) {}
 
-PassRecorder::Picked PassRecorder::add(Frame frame) {
+PassRecorder::Picked PassRecorder::add(Frame frame, std::optional<double> turntable) {
   std::optional<Frame> copy;
   if (camera_.live) copy = frame;
   Picked picked;
   picked.likely = analysis_.add(std::move(frame));
   if (copy) picked.spare = spare_of(std::move(*copy));
-  if (camera_.photographs || name_ == "turn") return picked;
-  place_ = coverage_.add(analysis_.reading(), analysis_.luma());
+  if (camera_.photographs) return picked;
+  place_ = coverage_.add(analysis_.reading(), analysis_.luma(), turntable);
   const bool is_known = place_->place.known;
   places_.push_back({is_known ? std::optional(place_->place.azimuth) : std::nullopt, place_->band,
                      analysis_.reading().focus.sharpness});

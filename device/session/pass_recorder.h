@@ -49,12 +49,12 @@ class PassRecorder {
     std::optional<Frame> likely;  // for keep()
     std::optional<Frame> spare;   // for remember()
   };
-  // Measures the next frame; indices from 0 without holes. This and what follows up to pass() belongs to one thread.
-  Picked add(Frame frame);
+  // Measures the next frame; indices from 0 without holes. turntable: see Coverage. This and what follows up to pass()
+  // belongs to one thread.
+  Picked add(Frame frame, std::optional<double> turntable = {});
 
   const FrameReading& reading() const { return analysis_.reading(); }
-  // Where the frame added last was taken from. Not known of photographs, which are too far apart, nor of a turn
-  // without a turntable, where the picture says how the camera stands and not how the subject does.
+  // Where the frame added last was taken from; nothing of photographs, which are too far apart.
   const std::optional<CoverageReading>& place() const { return place_; }
   const CoverageMap& map() const { return coverage_.map(); }
   int frames() const { return static_cast<int>(analysis_.frames().size()); }

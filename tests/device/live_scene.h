@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <thread>
 
 namespace gyre::test {
@@ -18,6 +19,7 @@ struct SceneSwitches {
   std::atomic<bool> settles{true};     // else it never holds its exposure
   std::atomic<bool> is_broken{false};  // it will not come back
   std::atomic<bool> moves{true};
+  std::optional<double> time_zero;  // see CameraDevice; before the camera is opened
 };
 
 class LiveScene : public CameraDevice {
@@ -45,6 +47,7 @@ class LiveScene : public CameraDevice {
   }
   void lock(std::chrono::milliseconds) override { is_locked_ = true; }
   void unlock() override { is_locked_ = false; }
+  std::optional<double> time_zero() const override { return switches_.time_zero; }
   CameraLock locked() const override {
     if (!is_locked_) return CameraLock::automatic;
     return switches_.settles ? CameraLock::held : CameraLock::settling;

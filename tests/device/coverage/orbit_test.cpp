@@ -82,5 +82,19 @@ TEST(Coverage, TheTurntableSaysTheAzimuth) {
   EXPECT_EQ(coverage.map().share(Band::body_upper), 1.0);
 }
 
+TEST(Coverage, AFrameWithoutTheTurntablesAngleCoversNothing) {
+  Coverage coverage("turn", Camera::from_fov(180, 320, 1.0));
+  const cv::Mat luma(320, 180, CV_8U, cv::Scalar(90));
+  CoverageReading reading = coverage.add({}, luma);
+  EXPECT_FALSE(reading.place.known);
+  EXPECT_TRUE(coverage.map().is_empty());
+  coverage.add({}, luma, 0.1);
+  coverage.add({}, luma, 0.3);
+  reading = coverage.add({}, luma);
+  EXPECT_FALSE(reading.place.known);
+  EXPECT_NEAR(reading.place.azimuth, -0.2, 1e-12);
+  EXPECT_FALSE(coverage.map().is_empty());
+}
+
 }  // namespace
 }  // namespace gyre

@@ -219,6 +219,27 @@ TEST(Guidance, SignalsCanBeToldApart) {
   }
 }
 
+TEST(Guidance, InATurnNobodyIsToldToWalk) {
+  for (std::size_t i = 0; i < condition_count; ++i) {
+    const auto condition = static_cast<Condition>(i);
+    const Signal turn = signal_of(condition, true);
+    EXPECT_EQ(turn.colour, signal_of(condition).colour);
+    // These are not raised in a turn.
+    if (condition == Condition::next_ring) continue;
+    EXPECT_EQ(turn.sentence.find("walk"), std::string_view::npos) << turn.sentence;
+  }
+  Guidance guidance;
+  Observation now = fine(0.0);
+  now.is_turn = true;
+  guidance.update(now);
+  EXPECT_EQ(guidance.signal().sentence, "Recording: turn on slowly.");
+  for (; now.time < 1.0; now.time += 0.05) {
+    now.azimuth_rate = 3.0;
+    guidance.update(now);
+  }
+  EXPECT_EQ(guidance.signal(), signal_of(Condition::too_fast, true));
+}
+
 TEST(Guidance, AClosedRingIsAnnouncedForAWhile) {
   Guidance guidance;
   double time = 0.0;

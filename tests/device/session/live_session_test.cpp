@@ -210,6 +210,53 @@ TEST_F(LiveSessionTest, ALiveCameraRecordsUntilThePressAndALongPressEndsTheScan)
   EXPECT_GE(list_frames(rig.spool().bundle(between.scan))->size(), 20U);
 }
 
+// A table that turns by one radian a second; the machine's clock shows `zero` when the frames' shows 0.
+class LiveTurn : public LiveSessionTest {
+ protected:
+  static constexpr double zero = 100.0;
+
+  LiveTurn() : table_({.memory = 1e9}) {
+    for (int i = 0; i < 20'000; ++i) table_.add(zero + 0.1 * i, std::remainder(0.1 * i, 2 * M_PI));
+  }
+  LiveSessionOptions options() const {
+    LiveSessionOptions options = Rig::quick();
+    options.mode = "turn";
+    options.turntable = &table_;
+    return options;
+  }
+
+  TurntableAngle table_;
+};
+
+TEST_F(LiveTurn, TheTurntableSaysTheAzimuthOfEveryFrame) {
+  switches_.time_zero = zero;
+  Rig rig(live_cameras(), folder(), options());
+  rig.press();
+  const auto is_done = [](const LiveStatus& status) { return status.is_raised(Condition::done); };
+  const LiveStatus done = rig.wait_until(is_done, "the whole turn");
+  ASSERT_TRUE(done.azimuth);
+  EXPECT_LE(*done.azimuth, -2 * M_PI + 0.02);
+  EXPECT_EQ(done.band, Band::body_upper);
+  for (const CellStatus& cell : done.cells[static_cast<std::size_t>(Band::body_upper)]) EXPECT_TRUE(cell.is_covered);
+  rig.press();
+  rig.wait_for(State::idle);
+  expect_bundle(rig.spool(), done.scan, 1);
+  const Result<std::vector<FrameRecord>> records = read_frame_log(rig.spool().bundle(done.scan));
+  ASSERT_TRUE(records);
+  for (const FrameRecord& record : *records) {
+    ASSERT_TRUE(record.azimuth) << record.index;
+    EXPECT_NEAR(*record.azimuth, -record.time * 180.0 / M_PI, 1e-3) << record.index;
+  }
+}
+
+TEST_F(LiveTurn, OfACameraWithoutAClockNoAzimuthIsTold) {
+  Rig rig(live_cameras(), folder(), options());
+  rig.press();
+  const LiveStatus status = rig.wait_for_frames(60);
+  EXPECT_FALSE(status.azimuth);
+  for (const CellStatus& cell : status.cells[static_cast<std::size_t>(Band::body_upper)]) EXPECT_FALSE(cell.is_seen);
+}
+
 TEST_F(LiveSessionTest, LittleMemoryCostsNoMoreThanItsShareOfKeyframes) {
   LiveSessionOptions options = Rig::quick();
   options.recorder.memory = 40'000;  // a dozen pictures

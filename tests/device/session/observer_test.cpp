@@ -109,6 +109,27 @@ TEST(Observer, WithoutAPlaceOnlyThePictureIsTold) {
   EXPECT_FALSE(now.is_pass_complete);
 }
 
+TEST(Observer, OfATurnOnOwnFeetOnlyTheEndIsTold) {
+  Observer observer("turn", true);
+  FrameReading frame;
+  frame.camera.subject_motion = 9.0;
+  frame.camera.subject_share = 0.0;
+  CoverageReading place;
+  place.place.known = false;
+  for (int i = 0; i < 60; ++i) {
+    frame.time = i / 30.0;
+    frame.camera.subject_distance = 1.0 + i;
+    const Observation now = observer.add(frame, place, {});
+    EXPECT_TRUE(now.is_turn);
+    EXPECT_FALSE(now.subject_motion || now.has_subject || now.distance || now.azimuth_rate);
+    EXPECT_FALSE(now.is_closed || now.is_pass_complete || now.has_gap);
+  }
+  place.is_closed = true;
+  const Observation now = observer.add(frame, place, {});
+  EXPECT_TRUE(now.is_closed && now.is_pass_complete && now.is_last_pass);
+  EXPECT_FALSE(now.has_gap);
+}
+
 TEST(Observer, WhileIdleTheLightIsTold) {
   const Observation dark = observe_idle(1.0, cv::Mat(90, 160, CV_8UC3, cv::Scalar::all(10)));
   EXPECT_NEAR(*dark.brightness, 10.0 / 255.0, 0.005);
@@ -140,7 +161,7 @@ class Steps {
   void jump(double distance) { distance_ = distance; }
 
  private:
-  Observer observer_{"turn", true};
+  Observer observer_{"body", true};
   CoverageMap map_;
   double time_ = 0.0, distance_ = 1.0;
 };
