@@ -3,6 +3,7 @@
 
 #include "common/geometry/quantile.h"
 #include "device/analysis/relative_pose.h"
+#include "device/analysis/subject_motion.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -35,6 +36,8 @@ std::optional<Vector3d> meeting(const Pose& a, const Vector2d& in_a, const Pose&
   if (way.x() <= 0 || way.y() <= 0) return std::nullopt;
   return from + way.x() * u;
 }
+
+constexpr double near = 1.35;  // times the distance to the subject: what belongs to it
 
 }  // namespace
 
@@ -163,6 +166,7 @@ void CameraMotionEstimator::adjust() {
   for (std::size_t i = 0; i < ids.size(); ++i) points_[ids[i]] = places[i];
 }
 
+// A point that left its place gets a new one from what is seen from now on.
 void CameraMotionEstimator::forget_wrong_points() {
   const View& now = window_.back();
   for (auto point = points_.begin(); point != points_.end();) {
@@ -170,6 +174,10 @@ void CameraMotionEstimator::forget_wrong_points() {
     const bool is_gone = seen == now.seen.end();
     const bool is_wrong =
         !is_gone && reprojection_error(now.cam_from_first, point->second, seen->second) > 1.5 * limit();
+    if (is_wrong) {
+      left_[point->first] = {now.time, point->second};
+      for (auto view = window_.begin(); view != std::prev(window_.end()); ++view) view->seen.erase(point->first);
+    }
     point = is_gone || is_wrong ? points_.erase(point) : std::next(point);
   }
 }
@@ -184,35 +192,101 @@ void CameraMotionEstimator::measure_distance(const View& view) {
   if (depths.size() >= options_.least_points / 2) distance_ = quantile(std::move(depths), 0.4);
 }
 
-double CameraMotionEstimator::subject_motion(const View& view) const {
-  constexpr double near = 1.35;  // times the distance to the subject
-  std::vector<double> errors;
-  for (const auto& [id, at] : view.seen) {
+// The same points' depths before and now: whichever they are, they do not jump as others join them.
+void CameraMotionEstimator::follow_distance(View& now) {
+  std::vector<double> changes;
+  for (const auto& [id, at] : now.seen) {
     const auto point = points_.find(id);
     if (point == points_.end() || !is_in_the_middle(at)) continue;
-    if ((view.cam_from_first * point->second).z() > near * distance_) continue;
-    errors.push_back(camera_.fx * reprojection_error(view.cam_from_first, point->second, at));
+    const double before = (last_ * point->second).z();
+    const double depth = (now.cam_from_first * point->second).z();
+    if (before <= 0.0 || depth <= 0.0 || depth > near * subject_depth_) continue;
+    if (reprojection_error(now.cam_from_first, point->second, at) < 1.5 * limit())
+      changes.push_back(std::log(depth / before));
   }
-  return errors.size() >= options_.least_points / 2 ? quantile(std::move(errors), 0.75) : 0.0;
+  if (changes.size() >= options_.least_points / 2) {
+    const double change = median(std::move(changes));
+    log_distance_ += change;
+    subject_depth_ *= std::exp(change);
+  }
+  now.log_distance = log_distance_;
 }
 
-std::optional<double> CameraMotionEstimator::subject_share() const {
-  constexpr double least_turn = 8.0 * M_PI / 180.0;  // below which the radius is not known
-  constexpr double nearest = 0.4, farthest = 1.3;    // of the radius
+void CameraMotionEstimator::measure_subject_depth() {
+  constexpr double nearest = 0.4, farthest = 1.3;  // of the radius
+  constexpr double most = 1.1;                     // change at one view
+  const View& now = window_.back();
+  const std::optional<double> radius = orbit_radius();
+  std::vector<double> depths;
+  for (const auto& [id, at] : now.seen) {
+    const auto point = points_.find(id);
+    if (point == points_.end() || !is_in_the_middle(at)) continue;
+    const double depth = (now.cam_from_first * point->second).z();
+    const double reach = radius.value_or(subject_depth_);
+    if (depth > nearest * reach && depth < farthest * reach) depths.push_back(depth);
+  }
+  if (depths.size() < options_.least_points / 2) {
+    if (!subject_depth_known_) subject_depth_ = distance_;
+    return;
+  }
+  const double depth = median(std::move(depths));
+  subject_depth_ = subject_depth_known_ ? std::clamp(depth, subject_depth_ / most, subject_depth_ * most) : depth;
+  subject_depth_known_ = subject_depth_known_ || radius;
+}
+
+// Since the last frame that is older than `span`.
+double CameraMotionEstimator::subject_motion(const View& now) {
+  constexpr double span = 0.3;  // seconds
+  while (recent_.size() > 1 && recent_[1].time <= now.time - span) recent_.pop_front();
+  std::erase_if(left_, [&](const auto& point) { return point.second.time < now.time - span; });
+  std::vector<PointShift> shifts;
+  if (!recent_.empty() && now.time - recent_.front().time > 0.5 * span) {
+    const View& then = recent_.front();
+    for (const auto& [id, at] : now.seen) {
+      const auto before = then.seen.find(id);
+      if (before == then.seen.end()) continue;
+      const auto left = left_.find(id);
+      const auto point = points_.find(id);
+      if (left == left_.end() && point == points_.end()) continue;
+      const Vector3d& where = left != left_.end() ? left->second.place : point->second;
+      const Vector3d place = now.cam_from_first * where;
+      const Vector3d place_then = then.cam_from_first * where;
+      if (place.z() <= 0.0 || place_then.z() <= 0.0) continue;
+      const bool is_near = place.z() < near * subject_depth_;
+      if (is_near && !is_in_the_middle(at)) continue;
+      const Vector2d shift = (at - before->second) - (place.hnormalized() - place_then.hnormalized());
+      shifts.push_back({place, shift, is_near});
+    }
+  }
+  recent_.push_back(now);
+  return camera_.fx * subject_shift(shifts, options_.noise / camera_.fx);
+}
+
+// Of the way around the subject; nothing while the camera does not turn, or goes nearer or away.
+std::optional<double> CameraMotionEstimator::orbit_radius() const {
+  constexpr double least_turn = 8.0 * M_PI / 180.0;
+  constexpr double same = 0.1;  // logarithm of the distance
   const View& now = window_.back();
   const auto then = std::find_if(window_.rbegin(), window_.rend(), [&](const View& view) {
     return angle_between(view.cam_from_first.rotation, now.cam_from_first.rotation) >= least_turn;
   });
-  if (then == window_.rend()) return std::nullopt;
+  if (then == window_.rend() || std::abs(now.log_distance - then->log_distance) > same) return std::nullopt;
   const double turn = angle_between(then->cam_from_first.rotation, now.cam_from_first.rotation);
   const double chord = (centre_of(now.cam_from_first) - centre_of(then->cam_from_first)).norm();
-  const double radius = chord / (2.0 * std::sin(0.5 * turn));
+  return chord / (2.0 * std::sin(0.5 * turn));
+}
+
+std::optional<double> CameraMotionEstimator::subject_share() const {
+  constexpr double nearest = 0.4, farthest = 1.3;  // of the radius
+  const std::optional<double> radius = orbit_radius();
+  if (!radius) return std::nullopt;
+  const View& now = window_.back();
   std::size_t there = 0, all = 0;
   for (const auto& [id, at] : now.seen) {
     const auto point = points_.find(id);
     if (point == points_.end() || !is_in_the_middle(at)) continue;
     const double depth = (now.cam_from_first * point->second).z();
-    if (depth > nearest * radius && depth < farthest * radius) ++there;
+    if (depth > nearest * *radius && depth < farthest * *radius) ++there;
     ++all;
   }
   // Points that have no place in spite of such a turn are far away.
@@ -239,6 +313,8 @@ CameraMotion CameraMotionEstimator::add(const cv::Mat& luma, double time) {
   }
 
   View now = sight();
+  now.time = time;
+  now.log_distance = log_distance_;
   const double interval = std::max(time - last_time_, 1e-6);
   const double ratio = last_interval_ > 0.0 ? std::min(3.0, interval / last_interval_) : 1.0;
   now.cam_from_first = stretched(now_from_last_, ratio) * last_;
@@ -247,11 +323,16 @@ CameraMotion CameraMotionEstimator::add(const cv::Mat& luma, double time) {
   const View& before = window_.back();
   const bool far = median_way(before, now) > options_.step * std::max(luma.cols, luma.rows);
   const bool few = static_cast<double>(now.seen.size()) < options_.survivors * static_cast<double>(before.seen.size());
-  if (motion.known) motion.subject_motion = subject_motion(now);
+  if (motion.known && has_map) {
+    follow_distance(now);
+    motion.subject_motion = subject_motion(now);
+  }
   if (!motion.known) {
     // A new map starts here.
     window_.clear();
     points_.clear();
+    left_.clear();
+    recent_.clear();
     keep(now);
     subject_share_.reset();
     motion.is_view = true;
@@ -262,6 +343,7 @@ CameraMotion CameraMotionEstimator::add(const cv::Mat& luma, double time) {
     forget_wrong_points();
     now.cam_from_first = window_.back().cam_from_first;
     measure_distance(window_.back());
+    measure_subject_depth();
     subject_share_ = subject_share();
     motion.is_view = true;
   }
@@ -271,6 +353,7 @@ CameraMotion CameraMotionEstimator::add(const cv::Mat& luma, double time) {
   last_time_ = time;
   motion.cam_from_first = now.cam_from_first;
   motion.subject_distance = distance_;
+  motion.log_distance = log_distance_;
   motion.subject_share = subject_share_;
   return motion;
 }

@@ -34,6 +34,9 @@ struct CameraMotion {
   bool is_view = false;           // points joined and places were adjusted in this frame
   double subject_distance = 1.0;  // to what stands nearest in the middle of the picture, the same unit
   double subject_motion = 0.0;    // pixels; see below
+  // Logarithm of the distance to the subject against the first: how the depths of its points changed from frame to
+  // frame, which needs no unit of length. Slides by a hundredth or two a second.
+  double log_distance = 0.0;
   // Share of the points in the middle of the picture that stand where the camera's way turns around; nothing while it
   // does not turn, or is not known.
   std::optional<double> subject_share;
@@ -42,8 +45,9 @@ struct CameraMotion {
 // Visual odometry: points are followed, a few recent views and the points' places are adjusted together, and every
 // frame is resected from them (Klein and Murray, "Parallel Tracking and Mapping", ISMAR 2007, without a lasting map).
 //
-// The subject's own motion is the upper quartile of its points' reprojection errors, what the camera and a rigid scene
-// leave: leaning, turning and limbs. A shift of the whole subject looks like one of the camera and is not seen.
+// The subject's own motion is how far its points moved against the room within the last third of a second: leaning,
+// turning and stepping aside. Where the room is too far behind to tell the camera's way, as of a head from near, a
+// shift of the whole subject looks like one of the camera and is not seen.
 //
 // A camera that goes around somebody has them at the radius of its way. When nobody stands there the middle of the
 // picture shows the room behind, at a multiple of it; and of a camera that pans on the spot the radius is none.
@@ -60,6 +64,13 @@ class CameraMotionEstimator {
   struct View {
     Pose cam_from_first;
     std::map<int, Eigen::Vector2d> seen;  // by the point's number: normalised image point
+    double time = 0.0;
+    double log_distance = 0.0;
+  };
+
+  struct Left {
+    double time = 0.0;
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();
   };
 
   View sight() const;
@@ -70,7 +81,10 @@ class CameraMotionEstimator {
   void adjust();
   void forget_wrong_points();
   void measure_distance(const View& view);
-  double subject_motion(const View& view) const;
+  void follow_distance(View& now);
+  void measure_subject_depth();
+  double subject_motion(const View& now);
+  std::optional<double> orbit_radius() const;
   std::optional<double> subject_share() const;
   double median_way(const View& from, const View& to) const;
   bool is_in_the_middle(const Eigen::Vector2d& at) const;
@@ -85,6 +99,11 @@ class CameraMotionEstimator {
   Pose now_from_last_;                     // of the last two frames
   Pose last_;
   double distance_ = 1.0;
+  double subject_depth_ = 1.0;  // as distance_, from points that stand where the camera's way turns around
+  bool subject_depth_known_ = false;
+  double log_distance_ = 0.0;
+  std::deque<View> recent_;              // frames of the last third of a second
+  std::map<int, Left> left_;             // points that left their places a moment ago, and these
   std::optional<double> subject_share_;  // at the last view
   double last_time_ = 0.0;
   double last_interval_ = 0.0;

@@ -71,7 +71,7 @@ struct Observation {
   std::optional<double> motion;       // mean flow, picture widths a second
   std::optional<bool> is_sharp;
   std::optional<double> subject_motion;  // see CameraMotion, pixels
-  std::optional<double> distance;        // to the subject, against that of the seconds before
+  std::optional<double> distance;        // to the subject, against the usual one
   std::optional<double> azimuth_rate;    // radians a second, positive in the direction of the pass
   // Coverage; only the parts of the pass that is on.
   bool is_closed = false;         // the ring the camera is on has been walked all around ...
@@ -83,7 +83,7 @@ struct Observation {
 
 struct GuidanceOptions {
   double raise_after_s = 0.25;  // a cause has to last before its condition is raised, ...
-  double clear_after_s = 0.6;   // ... and to be gone before it is cleared
+  double clear_after_s = 0.5;   // ... and to be gone before it is cleared
   double ring_closed_s = 2.0;   // for which the closed ring is announced
   // Each with the value that clears it.
   double dark = 0.12, no_longer_dark = 0.16;      // mean luma
@@ -91,8 +91,8 @@ struct GuidanceOptions {
   double fast = 1.1, no_longer_fast = 0.85;       // widths a second
   // Radians a second around the subject: who stands in the middle of the picture hardly moves in it.
   double fast_around = 1.4, no_longer_fast_around = 1.1;
-  double moved = 4.0, no_longer_moved = 3.0;   // pixels
-  double close = 0.7, no_longer_close = 0.78;  // of the distance before
+  double moved = 2.2, no_longer_moved = 1.5;   // pixels
+  double close = 0.7, no_longer_close = 0.78;  // of the usual distance
   double far = 1.45, no_longer_far = 1.32;
   double reversed = 0.12, no_longer_reversed = 0.03;  // radians a second backwards
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/session/observer.h"
 
-#include "common/geometry/quantile.h"
 #include "common/selection/measure.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 
@@ -32,29 +32,28 @@ std::optional<double> Observer::azimuth_rate(double time, const OrbitPlace& plac
   return std::copysign(1.0, place.azimuth) * (place.azimuth - way_.front().azimuth) / passed;
 }
 
-// The distance against that of the last seconds. One camera tells no lengths: the unit is carried from view to view and
-// slides on the way, so that the distance at the beginning is no measure after some seconds.
+// The distance against the usual one. What is measured slides slowly, and as slowly the usual one follows it: somebody
+// who stays too close is told so for a while, and a slide is never told.
 std::optional<double> Observer::approach(double time, const CameraMotion& camera) {
-  constexpr double span = 4.0;     // seconds
-  constexpr double known = 1.0;    // seconds
-  constexpr double fastest = 1.5;  // change of the logarithm a second that somebody can walk, ...
-  constexpr double noise = 0.05;   // ... and of one measurement
+  constexpr double slide = 0.035;      // change of the logarithm a second, ...
+  constexpr double slide_away = 0.01;  // ... and while it is far from the usual one, ...
+  constexpr double away = 0.24;        // ... from there on
+  constexpr double fastest = 1.5;      // that somebody can walk, ...
+  constexpr double noise = 0.05;       // ... and of one measurement
   if (!camera.known) {
-    distances_.clear();
+    usual_.reset();
     return std::nullopt;
   }
-  if (!distances_.empty()) {
-    // Faster: other points are taken for the subject.
-    const Distance& last = distances_.back();
-    const double change = std::abs(std::log(camera.subject_distance / last.distance));
-    if (change > fastest * (time - last.time) + noise) distances_.clear();
-  }
-  distances_.push_back({time, camera.subject_distance});
-  while (distances_.front().time < time - span) distances_.pop_front();
-  if (time - distances_.front().time < known) return std::nullopt;
-  std::vector<double> usual;
-  for (const Distance& one : distances_) usual.push_back(one.distance);
-  return camera.subject_distance / median(std::move(usual));
+  const double passed = time - distance_time_;
+  // Faster: other points are taken for the subject.
+  const bool jumps = std::abs(camera.log_distance - log_distance_) > fastest * passed + noise;
+  if (!usual_ || jumps) usual_ = camera.log_distance;
+  const double gap = camera.log_distance - *usual_;
+  const double most = passed * (std::abs(gap) > away ? slide_away : slide);
+  *usual_ += std::clamp(gap, -most, most);
+  log_distance_ = camera.log_distance;
+  distance_time_ = time;
+  return std::exp(camera.log_distance - *usual_);
 }
 
 // Points of the subject come and go with what can be followed on it; of an empty middle there are none.

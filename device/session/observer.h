@@ -27,10 +27,6 @@ class Observer {
     double time = 0.0;
     double azimuth = 0.0;
   };
-  struct Distance {
-    double time = 0.0;
-    double distance = 0.0;
-  };
   std::optional<double> approach(double time, const CameraMotion& camera);
   std::optional<bool> subject(double time, const CameraMotion& camera);
   std::optional<double> azimuth_rate(double time, const OrbitPlace& place);
@@ -38,11 +34,12 @@ class Observer {
 
   std::string pass_;
   bool is_last_pass_;
-  std::array<bool, all_bands.size()> is_closed_{};  // rings that were walked all around
-  std::deque<Way> way_;                             // of the last third of a second
-  std::deque<Distance> distances_;                  // of the last seconds
-  std::optional<bool> has_subject_;                 // as far as it is known
-  double subject_seen_at_ = 0.0;                    // when it was known last
+  std::array<bool, all_bands.size()> is_closed_{};   // rings that were walked all around
+  std::deque<Way> way_;                              // of the last third of a second
+  std::optional<double> usual_;                      // logarithm of the distance
+  double log_distance_ = 0.0, distance_time_ = 0.0;  // of the last frame
+  std::optional<bool> has_subject_;                  // as far as it is known
+  double subject_seen_at_ = 0.0;                     // when it was known last
 };
 
 // What is known of a frame while nothing is recorded, from its picture alone.

@@ -150,7 +150,7 @@ class Steps {
       FrameReading frame;
       frame.time = time_ += 1.0 / 30.0;
       distance_ = from * std::pow(distance / from, static_cast<double>(i) / frames);
-      frame.camera.subject_distance = distance_;
+      frame.camera.log_distance = std::log(distance_);
       const std::optional<double> told = observer_.add(frame, std::nullopt, map_).distance;
       if (!told) continue;
       seen.first = std::min(seen.first, *told);
@@ -176,13 +176,18 @@ TEST(Observer, AStepNearerIsSeenAndASlidingUnitIsNot) {
   EXPECT_GT(least, limits.no_longer_close);
   std::tie(least, largest) = steps.go(0.2, 1.0);
   EXPECT_LT(least, limits.close);
-  steps.go(0.2, 5.0);
+  // Who stays there is told so, and is not told to be far away when back.
+  std::tie(least, largest) = steps.go(0.2, 10.0);
+  EXPECT_LT(largest, limits.no_longer_close);
   std::tie(least, largest) = steps.go(0.4, 1.0);
+  EXPECT_LT(largest, limits.no_longer_far);
+  std::tie(least, largest) = steps.go(0.4, 10.0);
+  EXPECT_GT(least, limits.no_longer_close);
+  std::tie(least, largest) = steps.go(0.8, 1.0);
   EXPECT_GT(largest, limits.far);
   // Other points: not even somebody who runs.
-  steps.go(0.4, 5.0);
-  steps.jump(2.0);
-  std::tie(least, largest) = steps.go(2.0, 5.0);
+  steps.jump(5.0);
+  std::tie(least, largest) = steps.go(5.0, 5.0);
   EXPECT_DOUBLE_EQ(least, 1.0);
   EXPECT_DOUBLE_EQ(largest, 1.0);
 }

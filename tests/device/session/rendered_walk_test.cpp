@@ -4,6 +4,7 @@
 #include "device/coverage/coverage.h"
 #include "device/guidance/guidance.h"
 #include "device/session/observer.h"
+#include "tests/device/session/motion_script.h"
 #include "tests/synthetic/capture.h"
 
 #include <gtest/gtest.h>
@@ -12,6 +13,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <ostream>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -297,6 +299,147 @@ TEST_F(ScriptedWalk, ThePersonLeavesAndComesBack) {
   const Capture nobody = without_subject(walk());
   play(Condition::no_subject, rendered(nobody, range(clean, clean + trouble)), clean + trouble);
 }
+
+// From when to when a condition has a cause, seconds.
+struct Cause {
+  Condition condition;
+  double begin, end;
+};
+
+// The movement of half of the surface that spoils a scan, within half a second.
+constexpr double spoils = 0.03;  // metres
+
+std::vector<Cause> causes_of(const Capture& capture, const Capture& still, const std::vector<test::Act>& acts,
+                             int frames) {
+  std::vector<Cause> causes;
+  const auto first = [&](double from, const std::function<bool(int)>& is) {
+    for (int i = 0; i < frames; ++i) {
+      if (capture.frames[static_cast<std::size_t>(i)].time > from && is(i))
+        return capture.frames[static_cast<std::size_t>(i)].time;
+    }
+    return capture.frames[static_cast<std::size_t>(frames - 1)].time;
+  };
+  const auto depth = [](const Capture& one, int i) {
+    return (one.frames[static_cast<std::size_t>(i)].cam_from_world * Eigen::Vector3d(0, 1.2, 0)).z();
+  };
+  const GuidanceOptions limits;
+  for (const test::Act& act : acts) {
+    if (test::is_of_person(act.deed)) {
+      const double begin = first(act.begin, [&](int i) { return test::truly_moved(capture, i) >= spoils; });
+      causes.push_back({Condition::subject_moved, begin, act.end()});
+    } else {
+      const bool is_near = act.amount < 1.0;
+      const double begin = first(act.begin, [&](int i) {
+        const double ratio = depth(capture, i) / depth(still, i);
+        return is_near ? ratio < limits.close : ratio > limits.far;
+      });
+      causes.push_back({is_near ? Condition::too_close : Condition::too_far, begin, act.end()});
+    }
+  }
+  return causes;
+}
+
+// A walk in which those acts happen, with a person who sways a little all the time.
+void expect_told(Sequence sequence, std::uint64_t seed, const std::vector<test::Act>& acts, double seconds) {
+  const bool is_body = sequence == Sequence::orbit_body;
+  CaptureOptions options = small_capture(sequence, is_body ? 600 : 400, seed);
+  options.sway_deg = 0.2;
+  Capture still = make_capture(options);
+  const synthetic::RoomSize room{4.4F, 4.6F, 2.9F};  // to step back in
+  still.room = synthetic::make_room(seed, room);
+  still.appearance = synthetic::Appearance(seed, 1.0, room);
+  const Capture capture = test::with_acts(still, acts);
+  const int frames = static_cast<int>(seconds * options.fps);
+  const std::vector<cv::Mat> pictures = rendered(capture, range(0, frames));
+  const std::vector<Cause> causes = causes_of(capture, still, acts, frames);
+
+  Rig rig(is_body ? "body" : "head", capture);
+  const double interval = 1.0 / options.fps;
+  std::vector<double> raised_at(causes.size(), -1.0);
+  Conditions before;
+  for (int i = 0; i < frames; ++i) {
+    const double time = capture.frames[static_cast<std::size_t>(i)].time;
+    rig.add(pictures[static_cast<std::size_t>(i)]);
+    const Conditions now = rig.guidance().conditions();
+    for (const Condition condition : {Condition::no_subject, Condition::subject_moved, Condition::too_fast,
+                                      Condition::too_close, Condition::too_far, Condition::direction_reversed}) {
+      const auto k = static_cast<std::size_t>(condition);
+      bool may = false;
+      for (std::size_t c = 0; c < causes.size(); ++c) {
+        if (causes[c].condition != condition) continue;
+        const bool is_due = time > acts[c].begin && time < causes[c].end + 1.0 + interval;
+        may = may || is_due;
+        if (!is_due || !now[k] || before[k]) continue;
+        EXPECT_LT(raised_at[c], 0.0) << name_of(condition) << " flickers at " << time;
+        if (raised_at[c] < 0.0) raised_at[c] = time;
+      }
+      EXPECT_TRUE(may || !now[k]) << name_of(condition) << " at " << time << " motion "
+                                  << rig.seen().subject_motion.value_or(-1) << " distance "
+                                  << rig.seen().distance.value_or(-1);
+    }
+    before = now;
+  }
+  for (std::size_t c = 0; c < causes.size(); ++c) {
+    EXPECT_GE(raised_at[c], 0.0) << name_of(causes[c].condition) << " from " << causes[c].begin;
+    EXPECT_LE(raised_at[c], causes[c].begin + 0.5 + interval) << name_of(causes[c].condition);
+  }
+}
+
+TEST(RenderedActs, ThePersonLeans) {
+  expect_told(Sequence::orbit_body, 6, {{test::Deed::lean, 3.0, 0.8, -1.0, 0.1, 0.7}}, 6.5);
+}
+
+TEST(RenderedActs, ThePersonStepsAside) {
+  expect_told(Sequence::orbit_body, 6, {{test::Deed::step, 3.0, 0.8, -1.0, 0.15, 0.7}}, 6.5);
+}
+
+TEST(RenderedActs, TheOperatorStepsNearer) {
+  expect_told(Sequence::orbit_body, 6, {{test::Deed::approach, 3.0, 1.0, 6.0, 0.6, 0.0}}, 14.0);
+  expect_told(Sequence::orbit_head, 3, {{test::Deed::approach, 3.0, 1.0, 2.0, 0.6, 0.0}}, 9.0);
+}
+
+TEST(RenderedActs, TheOperatorStepsAway) {
+  expect_told(Sequence::orbit_body, 6, {{test::Deed::approach, 3.0, 1.0, 6.0, 1.65, 0.0}}, 14.0);
+  expect_told(Sequence::orbit_head, 3, {{test::Deed::approach, 3.0, 1.0, 2.0, 1.65, 0.0}}, 9.0);
+}
+
+// Random scripts: who moves, how, how far and where to.
+class RandomActs : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(RandomActs, EachIsToldInTimeAndNothingElse) {
+  std::mt19937_64 random(GetParam());
+  const auto uniform = [&](double from, double to) {
+    return from + (to - from) * static_cast<double>(random() >> 11U) / static_cast<double>(1ULL << 53U);
+  };
+  std::vector<test::Act> acts;
+  double time = uniform(2.5, 4.0);
+  for (int k = 0; k < 3; ++k) {
+    test::Act act;
+    act.begin = time;
+    act.direction = uniform(0.0, 2 * M_PI);
+    switch (random() % 4) {
+      case 0:
+        act.deed = test::Deed::lean;
+        act.amount = uniform(0.09, 0.13);
+        break;
+      case 1:
+        act.deed = test::Deed::step;
+        act.amount = uniform(0.12, 0.20);
+        break;
+      default:
+        act.deed = test::Deed::approach;
+        act.amount = random() % 2 == 0 ? uniform(0.55, 0.62) : uniform(1.6, 1.75);
+        act.rise = uniform(0.9, 1.2);
+        act.hold = uniform(1.0, 3.0);
+        break;
+    }
+    acts.push_back(act);
+    time = act.end() + uniform(2.0, 3.5);
+  }
+  expect_told(Sequence::orbit_body, GetParam(), acts, time);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomActs, testing::Values(11, 12, 13));
 
 }  // namespace
 }  // namespace gyre

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a person and an operator do wrong in a rendered walk, and when.
+#pragma once
+
+#include "tests/synthetic/capture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace gyre::test {
+
+// The person leans, turns, steps aside, lifts an arm, turns the head; the operator steps nearer or away.
+enum class Deed { lean, turn, step, arm, head, approach };
+
+struct Act {
+  Deed deed = Deed::lean;
+  double begin = 0.0, rise = 0.8;  // seconds
+  double hold = -1.0;              // seconds until it is undone as fast as it was done; negative: it stays
+  double amount = 0.0;             // radians, metres (step), or share of the distance (approach)
+  double direction = 0.0;          // of leaning and stepping, radians about the vertical; an arm: right if negative
+
+  double part(double time) const {
+    const auto smooth = [](double t) {
+      t = std::clamp(t, 0.0, 1.0);
+      return t * t * (3 - 2 * t);
+    };
+    const double done = smooth((time - begin) / rise);
+    return hold < 0.0 ? done : done * smooth((begin + 2 * rise + hold - time) / rise);
+  }
+  double end() const { return hold < 0.0 ? begin + rise : begin + 2 * rise + hold; }
+};
+
+inline bool is_of_person(Deed deed) {
+  return deed != Deed::approach;
+}
+
+// A vertex turned about a joint by `angle` as far as it lies beyond the joint: over 8 cm it begins to follow.
+inline Eigen::Vector3d bent(const Eigen::Vector3d& vertex, const Eigen::Vector3d& joint, const Eigen::Vector3d& beyond,
+                            const Eigen::Vector3d& axis, double angle) {
+  const double share = std::clamp((vertex - joint).dot(beyond) / 0.08 + 0.5, 0.0, 1.0);
+  return joint + Eigen::AngleAxisd(share * angle, axis) * (vertex - joint);
+}
+
+// The capture with those acts in it.
+inline synthetic::Capture with_acts(synthetic::Capture capture, std::vector<Act> acts) {
+  using Eigen::Vector3d;
+  const auto joint = [&](const std::string& name) {
+    for (const synthetic::NamedJoint& j : capture.subject.joints)
+      if (j.name == name) return j.position;
+    return Vector3d(Vector3d::Zero());
+  };
+  const Vector3d neck = joint("Neck"), left = joint("LeftArm"), right = joint("RightArm");
+  std::vector<double> times;
+  for (synthetic::FrameTruth& frame : capture.frames) {
+    times.push_back(frame.time);
+    for (const Act& act : acts) {
+      const double part = act.part(frame.time);
+      const Vector3d way(std::sin(act.direction), 0.0, std::cos(act.direction));
+      Pose move;
+      if (act.deed == Deed::lean) move.rotation = Eigen::AngleAxisd(part * act.amount, Vector3d::UnitY().cross(way));
+      if (act.deed == Deed::turn) move.rotation = Eigen::AngleAxisd(part * act.amount, Vector3d::UnitY());
+      if (act.deed == Deed::step) move.translation = part * act.amount * way;
+      frame.world_from_subject = move * frame.world_from_subject;
+      if (act.deed == Deed::approach) {
+        // Along the sight: what the ratio leaves of the depth of the person's axis.
+        const Vector3d centre = centre_of(frame.cam_from_world);
+        const Vector3d sight = frame.cam_from_world.rotation.conjugate() * Vector3d::UnitZ();
+        const double depth =
+            Vector3d(-centre.x(), 0.0, -centre.z()).dot(sight) / Vector3d(sight.x(), 0.0, sight.z()).squaredNorm();
+        frame.cam_from_world.translation.z() -= (1.0 - std::pow(act.amount, part)) * depth;
+      }
+    }
+  }
+  capture.bend = [=](const Vector3d& vertex, int frame) {
+    Vector3d out = vertex;
+    for (const Act& act : acts) {
+      const double angle = act.amount * act.part(times[static_cast<std::size_t>(frame)]);
+      if (act.deed == Deed::head) out = bent(out, neck, Vector3d::UnitY(), Vector3d::UnitY(), angle);
+      if (act.deed == Deed::arm) {
+        const double side = act.direction < 0.0 ? -1.0 : 1.0;
+        const Vector3d& shoulder = side > 0 ? left : right;
+        const bool is_arm = side * vertex.x() > std::abs(shoulder.x()) - 0.04 && vertex.y() > 0.7;
+        if (is_arm) out = bent(out, shoulder, Vector3d(side * 0.64, -0.77, 0.0), Vector3d::UnitZ(), side * angle);
+      }
+    }
+    return out;
+  };
+  return capture;
+}
+
+// How far half of the subject's surface has moved within the last half second, metres.
+inline double truly_moved(const synthetic::Capture& capture, int frame, double span = 0.5) {
+  const int before = std::max(0, frame - static_cast<int>(std::lround(span * capture.options.fps)));
+  std::vector<double> ways;
+  constexpr std::size_t every = 20;
+  for (std::size_t i = 0; i < capture.subject.mesh.vertices.size(); i += every) {
+    const auto at = [&](int f) -> Eigen::Vector3d {
+      const Eigen::Vector3d& v = capture.subject.mesh.vertices[i];
+      return capture.frames[static_cast<std::size_t>(f)].world_from_subject * (capture.bend ? capture.bend(v, f) : v);
+    };
+    ways.push_back((at(frame) - at(before)).norm());
+  }
+  const auto nth = ways.begin() + static_cast<std::ptrdiff_t>(0.5 * static_cast<double>(ways.size()));
+  std::nth_element(ways.begin(), nth, ways.end());
+  return *nth;
+}
+
+}  // namespace gyre::test
