@@ -39,25 +39,24 @@ void Coverage::look_for_start(Start& start, const FrameReading& frame, const cv:
   start.is_closed = std::abs(reading.place.azimuth - start.mark.azimuth) > 2 * M_PI - nearly;
 }
 
-CoverageReading Coverage::turned(const FrameReading& frame, const cv::Mat& luma, std::optional<double> turntable) {
+CoverageReading Coverage::turned(const FrameReading& frame, std::optional<double> turntable) {
   CoverageReading reading;
   reading.band = bands_of(pass_).front();
   reading.place.known = turntable.has_value();
   if (turntable) {
     if (!turntable_start_) turntable_start_ = turntable;
     // The camera goes around the subject the other way.
-    azimuth_ = *turntable_start_ - *turntable;
-    map_.add(azimuth_, reading.band, frame.focus.sharpness, frame.focus.is_sharp, frame.index);
+    turned_ = *turntable_start_ - *turntable;
+    map_.add(turned_, reading.band, frame.focus.sharpness, frame.focus.is_sharp, frame.index);
   }
-  reading.place.azimuth = azimuth_;
+  reading.place.azimuth = turned_;
   constexpr double rounding = 0.01;  // of the table's angle, radians
-  reading.is_closed =
-      turntable_start_ ? std::abs(azimuth_) >= 2 * M_PI - rounding : turn_.add(luma, frame.focus.is_sharp);
+  reading.is_closed = std::abs(turned_) >= 2 * M_PI - rounding;
   return reading;
 }
 
 CoverageReading Coverage::add(const FrameReading& frame, const cv::Mat& luma, std::optional<double> turntable) {
-  if (pass_ == "turn") return turned(frame, luma, turntable);
+  if (pass_ == "turn") return turned(frame, turntable);
   CoverageReading reading;
   reading.place = orbit_.add(frame.camera);
   reading.band = band_of(pass_, reading.place, band_);

@@ -6,7 +6,6 @@
 #include "device/coverage/coverage_map.h"
 #include "device/coverage/loop_closure.h"
 #include "device/coverage/orbit.h"
-#include "device/coverage/turn_closure.h"
 
 #include <array>
 #include <opencv2/core/mat.hpp>
@@ -18,8 +17,7 @@ namespace gyre {
 struct CoverageReading {
   OrbitPlace place;
   Band band = Band::body_upper;
-  // The start of the ring the camera is on has been seen again after a full turn, or the subject or its turntable has
-  // made one.
+  // The start of the ring the camera is on has been seen again after a full turn, or the turntable has made one.
   bool is_closed = false;
 };
 
@@ -27,12 +25,12 @@ struct CoverageReading {
 class Coverage {
  public:
   // pass: "body", "head" or "turn".
-  Coverage(std::string pass, const Camera& camera) : pass_(std::move(pass)), camera_(camera), turn_(camera) {}
+  Coverage(std::string pass, const Camera& camera) : pass_(std::move(pass)), camera_(camera) {}
 
   // The next frame as it was measured, and the luma of that. turntable: angle of the subject, radians,
   // counter-clockwise seen from above, of frames for which a turntable tells it; it alone says the azimuth then, and
-  // the picture only whether it is sharp. In a turn without one the picture says when the person is back where they
-  // began, and nothing of the way there. A frame whose place is not known covers nothing.
+  // the picture only whether it is sharp. Of a turn without one nothing is known: the picture says how the camera
+  // stands and not how the subject does. A frame whose place is not known covers nothing.
   CoverageReading add(const FrameReading& frame, const cv::Mat& luma, std::optional<double> turntable = {});
 
   const CoverageMap& map() const { return map_; }
@@ -44,7 +42,7 @@ class Coverage {
     std::optional<double> seen_drift;  // at the last look, when the view was seen
     bool is_closed = false;
   };
-  CoverageReading turned(const FrameReading& frame, const cv::Mat& luma, std::optional<double> turntable);
+  CoverageReading turned(const FrameReading& frame, std::optional<double> turntable);
   void look_for_start(Start& start, const FrameReading& frame, const cv::Mat& luma, CoverageReading& reading);
 
   std::string pass_;
@@ -53,10 +51,8 @@ class Coverage {
   CoverageMap map_;
   std::optional<Band> band_;
   std::array<std::optional<Start>, all_bands.size()> starts_;  // of the rings, by band
-  // Of a turn.
-  TurnClosure turn_;
-  std::optional<double> turntable_start_;  // at azimuth 0
-  double azimuth_ = 0.0;                   // last
+  std::optional<double> turntable_start_;                      // at azimuth 0
+  double turned_ = 0.0;                                        // last azimuth that the turntable told
   int frames_since_look_ = 0;
 };
 

@@ -71,15 +71,6 @@ double CoverageMap::share(Band band) const {
   return std::min(1.0, frames / enough);
 }
 
-bool CoverageMap::is_empty() const {
-  for (const auto& band : cells_) {
-    for (const CoverageCell& cell : band) {
-      if (cell.best_frame >= 0) return false;
-    }
-  }
-  return true;
-}
-
 std::vector<int> CoverageMap::gaps(Band band) const {
   std::vector<int> gaps;
   for (int s = 0; s < sectors; ++s) {

@@ -45,9 +45,6 @@ class CoverageMap {
   // Share of what the band needs, 0 to 1: all sectors of a ring; six sharp frames of crown and chin, wherever.
   double share(Band band) const;
 
-  // Whether no frame's place was known so far.
-  bool is_empty() const;
-
   // Sectors without a sharp frame, ascending.
   std::vector<int> gaps(Band band) const;
 

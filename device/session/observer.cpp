@@ -60,7 +60,11 @@ std::optional<double> Observer::approach(double time, const CameraMotion& camera
 std::optional<bool> Observer::subject(double time, const CameraMotion& camera) {
   constexpr double gone = 0.05, back = 0.12;  // shares of the points in the middle
   constexpr double memory = 1.0;              // seconds
-  if (camera.subject_share) {
+  constexpr double moving = 2.0;              // pixels
+  // Who moves is there; their points have to find their new places first.
+  if (camera.subject_motion > moving) subject_moved_at_ = time;
+  const bool is_moving = subject_moved_at_ && time - *subject_moved_at_ < memory;
+  if (camera.subject_share && !(is_moving && has_subject_ == true)) {
     has_subject_ = *camera.subject_share >= (has_subject_.value_or(true) ? gone : back);
     subject_seen_at_ = time;
   } else if (time - subject_seen_at_ > memory) {
@@ -94,17 +98,15 @@ Observation Observer::add(const FrameReading& frame, const std::optional<Coverag
   }
   if (!place) return now;
 
-  // Of a turn without a turntable only its end is seen.
-  const bool is_untold = now.is_turn && map.is_empty();
   if (place->is_closed) is_closed_[static_cast<std::size_t>(place->band)] = true;
   const std::optional<double> rate = azimuth_rate(frame.time, place->place);
   // Above and below the head, and once a ring is walked, any way is as good.
   if (is_ring(place->band) && !is_closed_[static_cast<std::size_t>(place->band)]) now.azimuth_rate = rate;
   now.is_closed = place->is_closed;
-  now.has_gap = now.is_closed && !is_untold && !map.gaps(place->band).empty();
+  now.has_gap = now.is_closed && !map.gaps(place->band).empty();
   now.is_pass_complete = true;
   for (const Band band : bands_of(pass_)) {
-    if (is_complete(band, map) || (is_untold && now.is_closed)) continue;
+    if (is_complete(band, map)) continue;
     now.is_pass_complete = false;
     // The first one is what a pass begins with.
     if (band != bands_of(pass_).front()) now.next = band;

@@ -91,7 +91,7 @@ inline synthetic::Capture with_acts(synthetic::Capture capture, std::vector<Act>
   return capture;
 }
 
-// How far half of the subject's surface has moved within the last half second, metres.
+// How far half of the subject's surface has moved across the sight within the last half second, metres.
 inline double truly_moved(const synthetic::Capture& capture, int frame, double span = 0.5) {
   const int before = std::max(0, frame - static_cast<int>(std::lround(span * capture.options.fps)));
   std::vector<double> ways;
@@ -101,7 +101,10 @@ inline double truly_moved(const synthetic::Capture& capture, int frame, double s
       const Eigen::Vector3d& v = capture.subject.mesh.vertices[i];
       return capture.frames[static_cast<std::size_t>(f)].world_from_subject * (capture.bend ? capture.bend(v, f) : v);
     };
-    ways.push_back((at(frame) - at(before)).norm());
+    const Eigen::Vector3d way = at(frame) - at(before);
+    const Eigen::Vector3d sight =
+        (at(frame) - centre_of(capture.frames[static_cast<std::size_t>(frame)].cam_from_world)).normalized();
+    ways.push_back((way - way.dot(sight) * sight).norm());
   }
   const auto nth = ways.begin() + static_cast<std::ptrdiff_t>(0.5 * static_cast<double>(ways.size()));
   std::nth_element(ways.begin(), nth, ways.end());

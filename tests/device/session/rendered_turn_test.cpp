@@ -57,8 +57,9 @@ class Line {
     constexpr double every = 0.05;
     std::mt19937 random(static_cast<std::uint32_t>(capture.options.seed));
     std::uniform_real_distribution<double> late(0.002, 0.03);
-    for (double time = 0.01; time < capture.frames.back().time + 1.0; time += every) {
-      const double tenths = std::round(10.0 * degrees * capture.trajectory.yaw(time));
+    // The table has spoken for a while when the pass begins.
+    for (double time = 0.01 - 10 * every; time < capture.frames.back().time + 1.0; time += every) {
+      const double tenths = std::round(10.0 * degrees * capture.trajectory.yaw(std::max(0.0, time)));
       samples_.push_back({time, time + late(random), std::remainder(0.1 * tenths / degrees, 2 * M_PI)});
     }
   }
@@ -161,7 +162,7 @@ TEST_P(RenderedTurn, IsFollowedByTheTurntable) {
     if (rig.place().is_closed && !at_closure) at_closure = degrees * std::abs(azimuth(i));
   }
   EXPECT_LE(worst, 1.0);
-  EXPECT_EQ(known, pictures_.size()) << "the first sample comes before the first frame";
+  EXPECT_EQ(known, pictures_.size());
   ASSERT_TRUE(at_closure);
   EXPECT_NEAR(*at_closure, 360.0, 5.0);
   EXPECT_EQ(rig.map().share(Band::body_upper), 1.0);
@@ -169,33 +170,24 @@ TEST_P(RenderedTurn, IsFollowedByTheTurntable) {
     const CoverageCell& cell = rig.map().cell(Band::body_upper, s);
     EXPECT_FALSE(cell.is_covered() && truth(static_cast<std::size_t>(cell.best_frame)).defocused) << s;
   }
+  // The table stands; a condition takes a moment.
+  const double end = truth(pictures_.size() - 1).time;
+  for (double time = end + 0.1; time < end + 0.5; time += 0.1) {
+    line.bring(time + way, table);
+    rig.add(pictures_.back(), time, table.at(time));
+  }
   EXPECT_TRUE(rig.guidance().is_raised(Condition::done));
 }
 
-TEST_P(RenderedTurn, IsSeenToEndOnTheirOwnFeet) {
+// Nothing is claimed then, and nobody is alarmed.
+TEST_P(RenderedTurn, OnTheirOwnFeetHasNoPlace) {
   Rig rig(capture_);
-  std::optional<double> at_closure;
   for (std::size_t i = 0; i < pictures_.size(); ++i) {
     rig.add(pictures_[i], truth(i).time, std::nullopt);
     expect_no_alarm(rig.guidance(), i);
-    EXPECT_FALSE(rig.place().place.known);
-    if (rig.place().is_closed && !at_closure) at_closure = degrees * std::abs(azimuth(i));
+    EXPECT_FALSE(rig.place().place.known || rig.place().is_closed);
   }
-  ASSERT_TRUE(at_closure);
-  EXPECT_NEAR(*at_closure, 360.0, 5.0);
-  EXPECT_TRUE(rig.map().is_empty()) << "nothing counts as covered whose place is not known";
-  EXPECT_TRUE(rig.guidance().is_raised(Condition::done));
-}
-
-TEST_P(RenderedTurn, ThatIsNotBegunOrNotEndedIsNotDone) {
-  const std::size_t half = pictures_.size() / 2;
-  Rig still(capture_), turning(capture_);
-  for (std::size_t i = 0; i < half; ++i) {
-    still.add(pictures_[0], truth(i).time, std::nullopt);
-    turning.add(pictures_[i], truth(i).time, std::nullopt);
-    expect_no_alarm(still.guidance(), i);
-    EXPECT_FALSE(still.place().is_closed || turning.place().is_closed) << i;
-  }
+  EXPECT_EQ(rig.map().share(Band::body_upper), 0.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Turns, RenderedTurn,

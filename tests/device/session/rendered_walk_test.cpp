@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <array>
 #include <functional>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <ostream>
@@ -304,20 +305,23 @@ TEST_F(ScriptedWalk, ThePersonLeavesAndComesBack) {
 struct Cause {
   Condition condition;
   double begin, end;
+  bool must_be_told = true;
 };
 
-// The movement of half of the surface that spoils a scan, within half a second.
-constexpr double spoils = 0.03;  // metres
+// The movement of half of the surface across the sight that has to be told, within half a second. Along the sight it
+// may be.
+constexpr double spoils = 0.05;  // metres
 
 std::vector<Cause> causes_of(const Capture& capture, const Capture& still, const std::vector<test::Act>& acts,
                              int frames) {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
   std::vector<Cause> causes;
   const auto first = [&](double from, const std::function<bool(int)>& is) {
     for (int i = 0; i < frames; ++i) {
       if (capture.frames[static_cast<std::size_t>(i)].time > from && is(i))
         return capture.frames[static_cast<std::size_t>(i)].time;
     }
-    return capture.frames[static_cast<std::size_t>(frames - 1)].time;
+    return infinite;
   };
   const auto depth = [](const Capture& one, int i) {
     return (one.frames[static_cast<std::size_t>(i)].cam_from_world * Eigen::Vector3d(0, 1.2, 0)).z();
@@ -326,7 +330,7 @@ std::vector<Cause> causes_of(const Capture& capture, const Capture& still, const
   for (const test::Act& act : acts) {
     if (test::is_of_person(act.deed)) {
       const double begin = first(act.begin, [&](int i) { return test::truly_moved(capture, i) >= spoils; });
-      causes.push_back({Condition::subject_moved, begin, act.end()});
+      causes.push_back({Condition::subject_moved, begin, act.end(), begin < act.end()});
     } else {
       const bool is_near = act.amount < 1.0;
       const double begin = first(act.begin, [&](int i) {
@@ -380,6 +384,7 @@ void expect_told(Sequence sequence, std::uint64_t seed, const std::vector<test::
     before = now;
   }
   for (std::size_t c = 0; c < causes.size(); ++c) {
+    if (!causes[c].must_be_told) continue;
     EXPECT_GE(raised_at[c], 0.0) << name_of(causes[c].condition) << " from " << causes[c].begin;
     EXPECT_LE(raised_at[c], causes[c].begin + 0.5 + interval) << name_of(causes[c].condition);
   }
@@ -439,7 +444,7 @@ TEST_P(RandomActs, EachIsToldInTimeAndNothingElse) {
   expect_told(Sequence::orbit_body, GetParam(), acts, time);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomActs, testing::Values(11, 12, 13));
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomActs, testing::Range<std::uint64_t>(11, 41));
 
 }  // namespace
 }  // namespace gyre
