@@ -10,7 +10,8 @@ void add_recorder_flags(CLI::App& verb, RecorderFlags& flags) {
   static const std::map<std::string, FlowMethod> methods = {{"farneback", FlowMethod::farneback},
                                                             {"dis", FlowMethod::dis}};
   verb.add_option("--flow", flags.flow,
-                  "how movement is measured: farneback as published, dis for a slow board (some keyframes differ)")
+                  "how movement is measured: farneback as published, dis in a third of the time (six of ten keyframes "
+                  "are others)")
       ->transform(CLI::CheckedTransformer(methods))
       ->default_str("farneback");
   verb.add_option("--memory-mib", flags.memory_mib,

@@ -236,9 +236,10 @@ void CameraMotionEstimator::measure_subject_depth() {
 
 // Since the last frame that is older than `span`.
 double CameraMotionEstimator::subject_motion(const View& now) {
-  constexpr double span = 0.3;  // seconds
+  constexpr double span = 0.3;    // seconds
+  constexpr double memory = 0.2;  // of places that points have left, seconds
   while (recent_.size() > 1 && recent_[1].time <= now.time - span) recent_.pop_front();
-  std::erase_if(left_, [&](const auto& point) { return point.second.time < now.time - span; });
+  std::erase_if(left_, [&](const auto& point) { return point.second.time < now.time - memory; });
   std::vector<PointShift> shifts;
   if (!recent_.empty() && now.time - recent_.front().time > 0.5 * span) {
     const View& then = recent_.front();

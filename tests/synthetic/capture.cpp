@@ -57,7 +57,7 @@ struct Scene {
   std::vector<Eigen::Vector3i> triangles;
 };
 
-Scene scene_at(const Capture& capture, int frame, double time, const Pose& world_from_subject) {
+Scene scene_at(const Capture& capture, double time, const Pose& world_from_subject) {
   Scene scene;
   scene.things.push_back({&capture.subject.mesh, &capture.subject.materials, &capture.appearance, world_from_subject});
   scene.things.push_back({&capture.room.mesh, &capture.room.materials, &capture.appearance, Pose{}});
@@ -71,9 +71,8 @@ Scene scene_at(const Capture& capture, int frame, double time, const Pose& world
     const auto first = static_cast<int>(scene.vertices.size());
     scene.first_vertex.push_back(first);
     scene.first_triangle.push_back(static_cast<int>(scene.triangles.size()));
-    const bool bends = capture.bend && scene.things.front().mesh == thing.mesh;
     for (const Vector3d& v : thing.mesh->vertices)
-      scene.vertices.push_back(rotation * (bends ? capture.bend(v, frame) : v) + thing.world_from_thing.translation);
+      scene.vertices.push_back(rotation * v + thing.world_from_thing.translation);
     for (const Eigen::Vector3i& t : thing.mesh->triangles)
       scene.triangles.push_back(t + Eigen::Vector3i::Constant(first));
   }
@@ -130,7 +129,7 @@ cv::Mat radiance(const Capture& capture, const FrameTruth& frame, double time, c
     world_from_subject =
         path.world_from_subject(time) * path.world_from_subject(frame.time).inverse() * world_from_subject;
   }
-  const Scene scene = scene_at(capture, frame.index, time, world_from_subject);
+  const Scene scene = scene_at(capture, time, world_from_subject);
   const VisibilityBuffer seen = rasterise(scene.vertices, scene.triangles, camera, cam_from_world);
   Scene reflected;
   VisibilityBuffer in_mirror;
@@ -294,7 +293,7 @@ cv::Mat render_frame(const Capture& capture, int index) {
 
 cv::Mat render_mask(const Capture& capture, int index) {
   const FrameTruth& frame = capture.frames[index];
-  const Scene scene = scene_at(capture, index, frame.time, frame.world_from_subject);
+  const Scene scene = scene_at(capture, frame.time, frame.world_from_subject);
   const VisibilityBuffer seen = rasterise(scene.vertices, scene.triangles, capture.camera, frame.cam_from_world);
   const auto subject_triangles = static_cast<int>(capture.subject.mesh.triangles.size());
   cv::Mat mask(seen.height, seen.width, CV_8U, cv::Scalar(0));

@@ -11,7 +11,6 @@
 #include "tests/synthetic/trouble.h"
 
 #include <cstdint>
-#include <functional>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -70,8 +69,6 @@ struct Capture {
   Trajectory trajectory{{}};
   // Pictures follow the poses of the frames, which may be changed.
   std::vector<FrameTruth> frames;
-  // Where a vertex of the subject is in a frame, in the subject's axes, when it bends; the pattern moves with it.
-  std::function<Eigen::Vector3d(const Eigen::Vector3d& vertex, int frame)> bend;
 };
 
 // Deterministic in the options: the same seed gives the same pixels on any number of threads.

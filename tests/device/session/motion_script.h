@@ -6,21 +6,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
-#include <utility>
 #include <vector>
 
 namespace gyre::test {
 
-// The person leans, turns, steps aside, lifts an arm, turns the head; the operator steps nearer or away.
-enum class Deed { lean, turn, step, arm, head, approach };
+// The person leans or steps aside; the operator steps nearer or away.
+enum class Deed { lean, step, approach };
 
 struct Act {
   Deed deed = Deed::lean;
   double begin = 0.0, rise = 0.8;  // seconds
   double hold = -1.0;              // seconds until it is undone as fast as it was done; negative: it stays
   double amount = 0.0;             // radians, metres (step), or share of the distance (approach)
-  double direction = 0.0;          // of leaning and stepping, radians about the vertical; an arm: right if negative
+  double direction = 0.0;          // of leaning and stepping, radians about the vertical
 
   double part(double time) const {
     const auto smooth = [](double t) {
@@ -37,31 +35,15 @@ inline bool is_of_person(Deed deed) {
   return deed != Deed::approach;
 }
 
-// A vertex turned about a joint by `angle` as far as it lies beyond the joint: over 8 cm it begins to follow.
-inline Eigen::Vector3d bent(const Eigen::Vector3d& vertex, const Eigen::Vector3d& joint, const Eigen::Vector3d& beyond,
-                            const Eigen::Vector3d& axis, double angle) {
-  const double share = std::clamp((vertex - joint).dot(beyond) / 0.08 + 0.5, 0.0, 1.0);
-  return joint + Eigen::AngleAxisd(share * angle, axis) * (vertex - joint);
-}
-
 // The capture with those acts in it.
-inline synthetic::Capture with_acts(synthetic::Capture capture, std::vector<Act> acts) {
+inline synthetic::Capture with_acts(synthetic::Capture capture, const std::vector<Act>& acts) {
   using Eigen::Vector3d;
-  const auto joint = [&](const std::string& name) {
-    for (const synthetic::NamedJoint& j : capture.subject.joints)
-      if (j.name == name) return j.position;
-    return Vector3d(Vector3d::Zero());
-  };
-  const Vector3d neck = joint("Neck"), left = joint("LeftArm"), right = joint("RightArm");
-  std::vector<double> times;
   for (synthetic::FrameTruth& frame : capture.frames) {
-    times.push_back(frame.time);
     for (const Act& act : acts) {
       const double part = act.part(frame.time);
       const Vector3d way(std::sin(act.direction), 0.0, std::cos(act.direction));
       Pose move;
       if (act.deed == Deed::lean) move.rotation = Eigen::AngleAxisd(part * act.amount, Vector3d::UnitY().cross(way));
-      if (act.deed == Deed::turn) move.rotation = Eigen::AngleAxisd(part * act.amount, Vector3d::UnitY());
       if (act.deed == Deed::step) move.translation = part * act.amount * way;
       frame.world_from_subject = move * frame.world_from_subject;
       if (act.deed == Deed::approach) {
@@ -74,20 +56,6 @@ inline synthetic::Capture with_acts(synthetic::Capture capture, std::vector<Act>
       }
     }
   }
-  capture.bend = [=](const Vector3d& vertex, int frame) {
-    Vector3d out = vertex;
-    for (const Act& act : acts) {
-      const double angle = act.amount * act.part(times[static_cast<std::size_t>(frame)]);
-      if (act.deed == Deed::head) out = bent(out, neck, Vector3d::UnitY(), Vector3d::UnitY(), angle);
-      if (act.deed == Deed::arm) {
-        const double side = act.direction < 0.0 ? -1.0 : 1.0;
-        const Vector3d& shoulder = side > 0 ? left : right;
-        const bool is_arm = side * vertex.x() > std::abs(shoulder.x()) - 0.04 && vertex.y() > 0.7;
-        if (is_arm) out = bent(out, shoulder, Vector3d(side * 0.64, -0.77, 0.0), Vector3d::UnitZ(), side * angle);
-      }
-    }
-    return out;
-  };
   return capture;
 }
 
@@ -99,7 +67,7 @@ inline double truly_moved(const synthetic::Capture& capture, int frame, double s
   for (std::size_t i = 0; i < capture.subject.mesh.vertices.size(); i += every) {
     const auto at = [&](int f) -> Eigen::Vector3d {
       const Eigen::Vector3d& v = capture.subject.mesh.vertices[i];
-      return capture.frames[static_cast<std::size_t>(f)].world_from_subject * (capture.bend ? capture.bend(v, f) : v);
+      return capture.frames[static_cast<std::size_t>(f)].world_from_subject * v;
     };
     const Eigen::Vector3d way = at(frame) - at(before);
     const Eigen::Vector3d sight =
