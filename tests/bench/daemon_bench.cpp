@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rig's whole session on frames of 1280 x 720 at 30 a second, without their decoding: what it takes of a core, what
-// memory it needs beside the frames, whether it keeps up and whether it grows: in one pass without end, and from scan to
-// scan.
+// memory it needs beside the frames, whether it keeps up and whether it grows: in one pass without end, and from scan
+// to scan.
 //
-//   daemon_bench DATA SPOOL [SECONDS [SCANS]]    DATA: folder of captures; SPOOL: emptied; default 600 seconds, 15 scans
+//   daemon_bench DATA SPOOL [SECONDS [SCANS]]    DATA: folder of captures; SPOOL: emptied; default 600 seconds, 15
+//   scans
 #include "common/metrics/process_usage.h"
 #include "common/video/frame_source.h"
 #include "device/session/live_session.h"
