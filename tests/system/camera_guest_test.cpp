@@ -69,7 +69,8 @@ class CameraGuest : public testing::Test {
     for (const json& frame : frames_) {
       const auto number = numbers_.find(frame["sha256"]);
       ASSERT_NE(number, numbers_.end()) << "frame " << frame["index"] << " differs from the recording";
-      EXPECT_NE(number->second, last);
+      // A busy machine may miss a whole round of them.
+      EXPECT_TRUE(number->second != last || counters_["missed"].get<int>() >= recorded) << "twice: " << last;
       last = number->second;
     }
   }
