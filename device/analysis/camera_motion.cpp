@@ -39,6 +39,12 @@ std::optional<Vector3d> meeting(const Pose& a, const Vector2d& in_a, const Pose&
 
 constexpr double near = 1.35;  // times the distance to the subject: what belongs to it
 
+// Whether a point at that depth stands where the camera's way turns around.
+bool stands_at(double depth, double radius) {
+  constexpr double nearest = 0.4, farthest = 1.3;  // of the radius
+  return depth > nearest * radius && depth < farthest * radius;
+}
+
 }  // namespace
 
 double CameraMotionEstimator::limit() const {
@@ -182,13 +188,18 @@ void CameraMotionEstimator::forget_wrong_points() {
   }
 }
 
-void CameraMotionEstimator::measure_distance(const View& view) {
+// Of the view's points in the middle of the picture, with places.
+std::vector<double> CameraMotionEstimator::depths_in_the_middle(const View& view) const {
   std::vector<double> depths;
   for (const auto& [id, at] : view.seen) {
     const auto point = points_.find(id);
     if (point == points_.end() || !is_in_the_middle(at)) continue;
     depths.push_back((view.cam_from_first * point->second).z());
   }
+  return depths;
+}
+
+void CameraMotionEstimator::measure_distance(std::vector<double> depths) {
   if (depths.size() >= options_.least_points / 2) distance_ = quantile(std::move(depths), 0.4);
 }
 
@@ -212,19 +223,10 @@ void CameraMotionEstimator::follow_distance(View& now) {
   now.log_distance = log_distance_;
 }
 
-void CameraMotionEstimator::measure_subject_depth() {
-  constexpr double nearest = 0.4, farthest = 1.3;  // of the radius
-  constexpr double most = 1.1;                     // change at one view
-  const View& now = window_.back();
-  const std::optional<double> radius = orbit_radius();
-  std::vector<double> depths;
-  for (const auto& [id, at] : now.seen) {
-    const auto point = points_.find(id);
-    if (point == points_.end() || !is_in_the_middle(at)) continue;
-    const double depth = (now.cam_from_first * point->second).z();
-    const double reach = radius.value_or(subject_depth_);
-    if (depth > nearest * reach && depth < farthest * reach) depths.push_back(depth);
-  }
+void CameraMotionEstimator::measure_subject_depth(std::vector<double> depths, const std::optional<double>& radius) {
+  constexpr double most = 1.1;  // change at one view
+  const double reach = radius.value_or(subject_depth_);
+  std::erase_if(depths, [&](double depth) { return !stands_at(depth, reach); });
   if (depths.size() < options_.least_points / 2) {
     if (!subject_depth_known_) subject_depth_ = distance_;
     return;
@@ -277,21 +279,14 @@ std::optional<double> CameraMotionEstimator::orbit_radius() const {
   return chord / (2.0 * std::sin(0.5 * turn));
 }
 
-std::optional<double> CameraMotionEstimator::subject_share() const {
-  constexpr double nearest = 0.4, farthest = 1.3;  // of the radius
-  const std::optional<double> radius = orbit_radius();
+std::optional<double> CameraMotionEstimator::subject_share(const std::vector<double>& depths,
+                                                           const std::optional<double>& radius) const {
   if (!radius) return std::nullopt;
-  const View& now = window_.back();
-  std::size_t there = 0, all = 0;
-  for (const auto& [id, at] : now.seen) {
-    const auto point = points_.find(id);
-    if (point == points_.end() || !is_in_the_middle(at)) continue;
-    const double depth = (now.cam_from_first * point->second).z();
-    if (depth > nearest * *radius && depth < farthest * *radius) ++there;
-    ++all;
-  }
   // Points that have no place in spite of such a turn are far away.
-  return all < options_.least_points / 2 ? 0.0 : static_cast<double>(there) / static_cast<double>(all);
+  if (depths.size() < options_.least_points / 2) return 0.0;
+  const auto there =
+      std::count_if(depths.begin(), depths.end(), [&](double depth) { return stands_at(depth, *radius); });
+  return static_cast<double>(there) / static_cast<double>(depths.size());
 }
 
 // The view joins the window; new points begin in it.
@@ -343,9 +338,11 @@ CameraMotion CameraMotionEstimator::add(const cv::Mat& luma, double time) {
     adjust();
     forget_wrong_points();
     now.cam_from_first = window_.back().cam_from_first;
-    measure_distance(window_.back());
-    measure_subject_depth();
-    subject_share_ = subject_share();
+    const std::vector<double> depths = depths_in_the_middle(window_.back());
+    const std::optional<double> radius = orbit_radius();
+    measure_distance(depths);
+    measure_subject_depth(depths, radius);
+    subject_share_ = subject_share(depths, radius);
     motion.is_view = true;
   }
   now_from_last_ = now.cam_from_first * last_.inverse();

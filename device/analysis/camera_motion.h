@@ -80,12 +80,13 @@ class CameraMotionEstimator {
   void place_new_points();
   void adjust();
   void forget_wrong_points();
-  void measure_distance(const View& view);
+  std::vector<double> depths_in_the_middle(const View& view) const;
+  void measure_distance(std::vector<double> depths);
   void follow_distance(View& now);
-  void measure_subject_depth();
+  void measure_subject_depth(std::vector<double> depths, const std::optional<double>& radius);
   double subject_motion(const View& now);
   std::optional<double> orbit_radius() const;
-  std::optional<double> subject_share() const;
+  std::optional<double> subject_share(const std::vector<double>& depths, const std::optional<double>& radius) const;
   double median_way(const View& from, const View& to) const;
   bool is_in_the_middle(const Eigen::Vector2d& at) const;
   double limit() const;

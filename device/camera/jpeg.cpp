@@ -73,8 +73,14 @@ Planes planes_of(const RawPicture& picture) {
 
 }  // namespace
 
-Result<cv::Mat> decode_jpeg(std::string_view jpeg, int least_side) {
-  if (jpeg_extent(jpeg).empty()) return fail("the picture ends too early", std::to_string(jpeg.size()) + " bytes");
+namespace {
+
+tl::unexpected<Error> ends_too_early(std::string_view jpeg) {
+  return fail("the picture ends too early", std::to_string(jpeg.size()) + " bytes");
+}
+
+// jpeg: its extent.
+Result<cv::Mat> decode_whole(std::string_view jpeg, int least_side) {
   const Handle handle(tjInitDecompress());
   int width = 0;
   int height = 0;
@@ -102,6 +108,20 @@ Result<cv::Mat> decode_jpeg(std::string_view jpeg, int least_side) {
   if (decoded != 0 && message.find("extraneous") == std::string_view::npos)
     return fail("the picture is damaged", std::string(message));
   return image;
+}
+
+}  // namespace
+
+Result<cv::Mat> decode_jpeg(std::string_view jpeg, int least_side) {
+  const std::string_view picture = jpeg_extent(jpeg);
+  return picture.empty() ? ends_too_early(jpeg) : decode_whole(picture, least_side);
+}
+
+Result<cv::Mat> cut_and_decode_jpeg(std::string& jpeg, int least_side) {
+  const std::size_t size = jpeg_extent(jpeg).size();
+  if (size == 0) return ends_too_early(jpeg);
+  jpeg.resize(size);
+  return decode_whole(jpeg, least_side);
 }
 
 Result<cv::Size> jpeg_size(std::string_view jpeg) {

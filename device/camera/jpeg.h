@@ -20,6 +20,9 @@ inline constexpr int analysis_side = 640;
 // `least_side`. Errors: bytes that are no JPEG, or one that is damaged or ends too early.
 Result<cv::Mat> decode_jpeg(std::string_view jpeg, int least_side);
 
+// The same of what a camera gave; what follows the picture in it, see jpeg_extent.h, is cut off.
+Result<cv::Mat> cut_and_decode_jpeg(std::string& jpeg, int least_side);
+
 // Width and height that the header says. Error: no header.
 Result<cv::Size> jpeg_size(std::string_view jpeg);
 

@@ -31,11 +31,11 @@ bool is_bare(std::uint8_t code) {
 
 std::string_view jpeg_extent(std::string_view bytes) {
   if (bytes.size() < 2 || byte_at(bytes, 0) != mark || byte_at(bytes, 1) != start_of_image) return {};
-  std::size_t at = 2;
-  while (at + 1 < bytes.size()) {
-    // Between segments some cameras write bytes that do no harm; within a scan this passes over its data.
+  // Between segments some cameras write bytes that do no harm; within a scan this passes over its data.
+  for (std::size_t at = 2; (at = bytes.find(static_cast<char>(mark), at)) != std::string_view::npos;) {
+    if (at + 1 >= bytes.size()) return {};
     const std::uint8_t code = byte_at(bytes, at + 1);
-    if (byte_at(bytes, at) != mark || code == mark) {
+    if (code == mark) {
       ++at;
       continue;
     }

@@ -3,7 +3,6 @@
 
 #include "device/camera/encode_pool.h"
 #include "device/camera/jpeg.h"
-#include "device/camera/jpeg_extent.h"
 #include "device/camera/libcamera_opened.h"
 #include "device/camera/libcamera_shim.h"
 #include "device/camera/libcamera_streams.h"
@@ -198,8 +197,7 @@ class LibcameraCamera : public CameraDevice {
     const MappedBuffer& mapped = *opened_->buffers.at(&buffer);
     if (!readable(main().pixelFormat)->raw) {
       frame.jpeg = copy_jpeg(mapped, buffer.metadata().planes()[0].bytesused);
-      frame.jpeg.resize(jpeg_extent(frame.jpeg).size());
-      Result<cv::Mat> image = decode_jpeg(frame.jpeg, analysis_side);
+      Result<cv::Mat> image = cut_and_decode_jpeg(frame.jpeg, analysis_side);
       if (!image) return std::nullopt;
       frame.image = std::move(*image);
       return frame;

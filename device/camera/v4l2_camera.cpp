@@ -3,7 +3,6 @@
 
 #include "device/camera/encode_pool.h"
 #include "device/camera/jpeg.h"
-#include "device/camera/jpeg_extent.h"
 #include "device/camera/sensor_clock.h"
 #include "device/camera/settle_watch.h"
 #include "device/camera/v4l2_device.h"
@@ -168,8 +167,7 @@ class V4l2Camera : public CameraDevice {
   }
 
   std::optional<Frame> compressed(std::string jpeg) {
-    jpeg.resize(jpeg_extent(jpeg).size());
-    Result<cv::Mat> image = decode_jpeg(jpeg, analysis_side);
+    Result<cv::Mat> image = cut_and_decode_jpeg(jpeg, analysis_side);
     if (!image) {
       ++counters_.torn;
       spdlog::debug("{}: {}", info_.name, image.error().message());

@@ -89,10 +89,10 @@ Observation Observer::add(const FrameReading& frame, const std::optional<Coverag
   now.is_sharp = frame.focus.is_sharp;
   now.is_last_pass = is_last_pass_;
   now.is_turn = pass_ == "turn";
-  if (frame.camera.known && !now.is_turn) now.subject_motion = frame.camera.subject_motion;
   // Who turns moves by themselves, and a camera that stands tells neither how far away they are nor that nobody is
   // there.
   if (!now.is_turn) {
+    if (frame.camera.known) now.subject_motion = frame.camera.subject_motion;
     now.distance = approach(frame.time, frame.camera);
     now.has_subject = subject(frame.time, frame.camera);
   }

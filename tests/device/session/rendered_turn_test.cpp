@@ -2,10 +2,8 @@
 // What the rig understands of a rendered person who turns before a camera that stands, on a turntable and on their own
 // feet.
 #include "common/parallel/parallel.h"
-#include "device/coverage/coverage.h"
 #include "device/coverage/turntable_angle.h"
-#include "device/guidance/guidance.h"
-#include "device/session/observer.h"
+#include "tests/device/session/rendered_rig.h"
 #include "tests/synthetic/capture.h"
 
 #include <gtest/gtest.h>
@@ -22,6 +20,7 @@ namespace {
 using synthetic::Capture;
 using synthetic::CaptureOptions;
 using synthetic::FrameTruth;
+using test::Rig;
 
 constexpr double degrees = 180.0 / M_PI;
 
@@ -78,45 +77,6 @@ class Line {
   std::size_t next_ = 0;
 };
 
-// From pictures to conditions, as a pass is recorded.
-class Rig {
- public:
-  explicit Rig(const Capture& capture)
-      : analysis_(info_of(capture), capture.camera), coverage_("turn", capture.camera) {}
-
-  void add(const cv::Mat& picture, double time, std::optional<double> turntable) {
-    Frame frame;
-    frame.index = count_++;
-    frame.time = time;
-    frame.image = picture;
-    const FrameReading reading = analysis_.add(frame);
-    place_ = coverage_.add(reading, analysis_.luma(), turntable);
-    seen_ = observer_.add(reading, place_, coverage_.map());
-    guidance_.update(seen_);
-  }
-
-  const CoverageReading& place() const { return place_; }
-  const CoverageMap& map() const { return coverage_.map(); }
-  const Guidance& guidance() const { return guidance_; }
-
- private:
-  static CameraInfo info_of(const Capture& capture) {
-    CameraInfo info;
-    info.width = capture.options.width;
-    info.height = capture.options.height;
-    info.fps = capture.options.fps;
-    return info;
-  }
-
-  FrameAnalysis analysis_;
-  Coverage coverage_;
-  Observer observer_{"turn", true};
-  Guidance guidance_;
-  CoverageReading place_;
-  Observation seen_;
-  int count_ = 0;
-};
-
 class RenderedTurn : public testing::TestWithParam<Case> {
  protected:
   void SetUp() override {
@@ -145,7 +105,7 @@ class RenderedTurn : public testing::TestWithParam<Case> {
 };
 
 TEST_P(RenderedTurn, IsFollowedByTheTurntable) {
-  Rig rig(capture_);
+  Rig rig("turn", capture_);
   Line line(capture_);
   TurntableAngle table;
   constexpr double way = 0.04;  // of a picture to the rig, seconds
@@ -181,9 +141,9 @@ TEST_P(RenderedTurn, IsFollowedByTheTurntable) {
 
 // Nothing is claimed then, and nobody is alarmed.
 TEST_P(RenderedTurn, OnTheirOwnFeetHasNoPlace) {
-  Rig rig(capture_);
+  Rig rig("turn", capture_);
   for (std::size_t i = 0; i < pictures_.size(); ++i) {
-    rig.add(pictures_[i], truth(i).time, std::nullopt);
+    rig.add(pictures_[i], truth(i).time);
     expect_no_alarm(rig.guidance(), i);
     EXPECT_FALSE(rig.place().place.known || rig.place().is_closed);
   }

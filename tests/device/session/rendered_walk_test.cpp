@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the rig understands of a rendered person in a room, whose every frame is known exactly.
 #include "common/parallel/parallel.h"
-#include "device/coverage/coverage.h"
-#include "device/guidance/guidance.h"
-#include "device/session/observer.h"
 #include "tests/device/session/motion_script.h"
+#include "tests/device/session/rendered_rig.h"
 #include "tests/synthetic/capture.h"
 
 #include <gtest/gtest.h>
@@ -24,6 +22,7 @@ namespace {
 using synthetic::Capture;
 using synthetic::CaptureOptions;
 using synthetic::Sequence;
+using test::Rig;
 
 constexpr double degrees = 180.0 / M_PI;
 
@@ -56,50 +55,6 @@ std::vector<int> range(int begin, int end) {
   for (int i = begin; i < end; ++i) indices.push_back(i);
   return indices;
 }
-
-// From pictures to conditions, as a pass is recorded.
-class Rig {
- public:
-  Rig(const std::string& pass, const Capture& capture)
-      : info_(info_of(capture)),
-        analysis_(info_, capture.camera),
-        coverage_(pass, capture.camera),
-        observer_(pass, true) {}
-
-  void add(const cv::Mat& picture) {
-    Frame frame;
-    frame.index = count_;
-    frame.time = count_++ / info_.fps;
-    frame.image = picture;
-    const FrameReading reading = analysis_.add(frame);
-    place_ = coverage_.add(reading, analysis_.luma());
-    seen_ = observer_.add(reading, place_, coverage_.map());
-    guidance_.update(seen_);
-  }
-
-  const CoverageReading& place() const { return place_; }
-  const CoverageMap& map() const { return coverage_.map(); }
-  const Observation& seen() const { return seen_; }
-  const Guidance& guidance() const { return guidance_; }
-
- private:
-  static CameraInfo info_of(const Capture& capture) {
-    CameraInfo info;
-    info.width = capture.options.width;
-    info.height = capture.options.height;
-    info.fps = capture.options.fps;
-    return info;
-  }
-
-  CameraInfo info_;
-  FrameAnalysis analysis_;
-  Coverage coverage_;
-  Observer observer_;
-  Guidance guidance_;
-  CoverageReading place_;
-  Observation seen_;
-  int count_ = 0;
-};
 
 struct Case {
   Sequence sequence;
