@@ -6,7 +6,7 @@
 
 namespace gyre {
 
-void add_recorder_flags(CLI::App& verb, RecorderFlags& flags) {
+void add_flow_flag(CLI::App& verb, RecorderFlags& flags) {
   static const std::map<std::string, FlowMethod> methods = {{"farneback", FlowMethod::farneback},
                                                             {"dis", FlowMethod::dis}};
   verb.add_option("--flow", flags.flow,
@@ -14,6 +14,10 @@ void add_recorder_flags(CLI::App& verb, RecorderFlags& flags) {
                   "are others)")
       ->transform(CLI::CheckedTransformer(methods))
       ->default_str("farneback");
+}
+
+void add_live_recorder_flags(CLI::App& verb, RecorderFlags& flags) {
+  add_flow_flag(verb, flags);
   verb.add_option("--memory-mib", flags.memory_mib,
                   "for pictures of a live camera that may still become keyframes at the end of a pass, MiB")
       ->check(CLI::Range(1, 4096))

@@ -15,7 +15,9 @@ struct RecorderFlags {
   int memory_mib = 32;
 };
 
-void add_recorder_flags(CLI::App& verb, RecorderFlags& flags);
+// A recording gives its pictures again, so only a live camera's are kept in memory.
+void add_flow_flag(CLI::App& verb, RecorderFlags& flags);
+void add_live_recorder_flags(CLI::App& verb, RecorderFlags& flags);
 
 RecorderOptions recorder_options(const RecorderFlags& given);
 

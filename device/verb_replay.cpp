@@ -161,7 +161,7 @@ void add_replay_verb(CLI::App& app, Verb& run) {
   verb->add_option("CAPTURE", flags->body, "video or folder of pictures of the whole body")->required();
   verb->add_option("--head", flags->head, "video or folder of pictures of the head; default: no head pass");
   add_link_flags(*verb, flags->link);
-  add_recorder_flags(*verb, flags->recorder);
+  add_flow_flag(*verb, flags->recorder);
   verb->add_option("--spool", flags->spool, "folder where scans are kept")->capture_default_str();
   verb->add_option("--height-mm", flags->height_mm, "stature of the subject, millimetres; 0: not known")
       ->check(CLI::Range(0.0, 3000.0))

@@ -245,7 +245,7 @@ void add_run_verb(CLI::App& app, Verb& chosen, const std::shared_ptr<PanelOption
       ->capture_default_str();
   add_link_flags(*verb, flags->link);
   add_page_flags(*verb, flags->page);
-  add_recorder_flags(*verb, flags->recorder);
+  add_live_recorder_flags(*verb, flags->recorder);
   verb->add_option("--spool", flags->spool, "folder where scans are kept")->capture_default_str();
   verb->add_option("--height-mm", flags->height_mm, "stature of subjects, millimetres; 0: not known")
       ->check(CLI::Range(0.0, 3000.0))

@@ -116,6 +116,20 @@ class LoopingCamera : public CameraDevice {
   int index_ = 0;
 };
 
+// The most of a figure, and how much of it came after an early part.
+class Growth {
+ public:
+  void add(double now, bool is_early) {
+    most_ = std::max(most_, now);
+    if (is_early) early_ = most_;
+  }
+  double most() const { return most_; }
+  double later() const { return most_ - early_; }
+
+ private:
+  double most_ = 0.0, early_ = 0.0;
+};
+
 double resident_mib() {
   return resident_bytes() / (1 << 20);
 }
@@ -133,23 +147,20 @@ void wait_for(const LiveSession& session, const std::function<bool(const LiveSta
 // A day's work, shortened: scans of two passes, one after the other.
 void scan_after_scan(LiveSession& session, int scans) {
   constexpr int frames = 240;  // a pass
-  double early = 0.0, most = 0.0, early_allocated = 0.0, most_allocated = 0.0;
+  Growth resident, allocated;
   for (int scan = 0; scan < scans; ++scan) {
     for (const SessionState after : {SessionState::between_passes, SessionState::idle}) {
       session.post({OperatorCommand::Kind::start, std::nullopt});
       wait_for(session, [](const LiveStatus& now) { return now.state == SessionState::pass && now.frames >= frames; });
-      most = std::max(most, resident_mib());
-      most_allocated = std::max(most_allocated, allocated_mib());
+      resident.add(resident_mib(), 3 * scan < scans);
+      allocated.add(allocated_mib(), 3 * scan < scans);
       session.post({OperatorCommand::Kind::stop, std::nullopt});
       wait_for(session, [&](const LiveStatus& now) { return now.state == after; });
     }
-    if (3 * scan >= scans) continue;
-    early = most;
-    early_allocated = most_allocated;
   }
   line("scans", scans, "scans");
-  line("memory_growth_by_scans", most - early, "MiB from the first third on");
-  line("allocated_growth_by_scans", most_allocated - early_allocated, "MiB from the first third on");
+  line("memory_growth_by_scans", resident.later(), "MiB from the first third on");
+  line("allocated_growth_by_scans", allocated.later(), "MiB from the first third on");
 }
 
 int bench(const fs::path& data, const fs::path& folder, double seconds, int scans) {
@@ -186,22 +197,20 @@ int bench(const fs::path& data, const fs::path& folder, double seconds, int scan
   const std::int64_t missed_before = missed;
   const int frames_before = session.status().frames;
   const auto passed = [&] { return std::chrono::duration<double>(Clock::now() - begun).count(); };
-  double early = 0.0, most = 0.0, early_allocated = 0.0, most_allocated = 0.0;
+  Growth resident, allocated;
   while (passed() < seconds) {
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
-    most = std::max(most, resident_mib());
-    most_allocated = std::max(most_allocated, allocated_mib());
-    if (passed() > 0.25 * seconds) continue;
-    early = most;
-    early_allocated = most_allocated;
+    const bool is_early = passed() <= 0.25 * seconds;
+    resident.add(resident_mib(), is_early);
+    allocated.add(allocated_mib(), is_early);
   }
   const double took = passed();
   line("core", 100.0 * (processor_seconds() - cpu) / took, "% of a core");
   line("frames_per_second", (session.status().frames - frames_before) / took, "frames/s");
   line("frames_missed", static_cast<double>(missed - missed_before), "frames");
-  line("memory", most - frames_mib, "MiB beside code and decoded frames");
-  line("memory_growth", most - early, "MiB from the first quarter on");
-  line("allocated_growth", most_allocated - early_allocated, "MiB from the first quarter on");
+  line("memory", resident.most() - frames_mib, "MiB beside code and decoded frames");
+  line("memory_growth", resident.later(), "MiB from the first quarter on");
+  line("allocated_growth", allocated.later(), "MiB from the first quarter on");
   line("seconds", took, "s");
   session.post({OperatorCommand::Kind::stop, std::nullopt});
   wait_for(session, [](const LiveStatus& now) { return now.state == SessionState::between_passes; });
