@@ -39,6 +39,10 @@ std::optional<Vector3d> meeting(const Pose& a, const Vector2d& in_a, const Pose&
 
 constexpr double near = 1.35;  // times the distance to the subject: what belongs to it
 
+constexpr double memory = 1.0;         // of places that points have left, seconds
+constexpr double moves = 1.8;          // motion of a subject that does not stand, pixels
+constexpr double at_rest_after = 0.1;  // seconds
+
 // Whether a point at that depth stands where the camera's way turns around.
 bool stands_at(double depth, double radius) {
   constexpr double nearest = 0.4, farthest = 1.3;  // of the radius
@@ -112,22 +116,34 @@ bool CameraMotionEstimator::begin(View& now) {
 }
 
 // With a map: the pose that its points tell. now.cam_from_first: where it may be.
+//
+// Most points may be the subject's, and when it moves they tell a pose that the room contradicts, or none. What the
+// room tells then counts.
 bool CameraMotionEstimator::resect(View& now) {
-  std::vector<Sighting> sightings;
+  std::vector<Sighting> all, room;
   std::vector<Vector3d> places;
   for (const auto& [id, at] : now.seen) {
     const auto point = points_.find(id);
     if (point == points_.end()) continue;
-    sightings.push_back({static_cast<int>(places.size()), at});
+    all.push_back({static_cast<int>(places.size()), at});
     places.push_back(point->second);
+    if ((now.cam_from_first * point->second).z() > near * subject_depth_) room.push_back(all.back());
   }
-  if (places.size() < options_.least_points) return false;
-  const Pose pose = resected(now.cam_from_first, sightings, places, adjustment());
-  const auto agree = static_cast<std::size_t>(std::count_if(sightings.begin(), sightings.end(), [&](const Sighting& s) {
-    return reprojection_error(pose, places[static_cast<std::size_t>(s.point)], s.at) < limit();
-  }));
-  if (agree < options_.least_points || 2 * agree < sightings.size()) return false;
-  now.cam_from_first = pose;
+  const auto agrees = [&](const Pose& pose, const std::vector<Sighting>& sightings) {
+    const auto agree =
+        static_cast<std::size_t>(std::count_if(sightings.begin(), sightings.end(), [&](const Sighting& s) {
+          return reprojection_error(pose, places[static_cast<std::size_t>(s.point)], s.at) < limit();
+        }));
+    return agree >= options_.least_points && 2 * agree >= sightings.size();
+  };
+  const Pose before = now.cam_from_first;
+  const bool has_room = room.size() >= options_.least_points;
+  now.cam_from_first = resected(before, all, places, adjustment());
+  const bool agree = all.size() >= options_.least_points && agrees(now.cam_from_first, all);
+  if (!has_room || (agree && agrees(now.cam_from_first, room))) return agree;
+  const Pose by_room = resected(before, room, places, adjustment());
+  if (!agrees(by_room, room)) return agree;
+  now.cam_from_first = by_room;
   return true;
 }
 
@@ -181,10 +197,32 @@ void CameraMotionEstimator::forget_wrong_points() {
     const bool is_wrong =
         !is_gone && reprojection_error(now.cam_from_first, point->second, seen->second) > 1.5 * limit();
     if (is_wrong) {
-      left_[point->first] = {now.time, point->second};
+      left_.try_emplace(point->first, Left{now.time, point->second});
       for (auto view = window_.begin(); view != std::prev(window_.end()); ++view) view->seen.erase(point->first);
     }
     point = is_gone || is_wrong ? points_.erase(point) : std::next(point);
+  }
+}
+
+// Who moves has no place, and what is seen of them meanwhile tells a wrong one: new places come from what is seen
+// afterwards. Without a room to go by they stay.
+void CameraMotionEstimator::leave_subject() {
+  const View& now = window_.back();
+  std::vector<int> subject;
+  std::size_t room = 0;
+  for (const auto& [id, at] : now.seen) {
+    const auto point = points_.find(id);
+    const bool is_far = point != points_.end() && (now.cam_from_first * point->second).z() > near * subject_depth_;
+    if (is_far) ++room;
+    if (!is_far && is_in_the_middle(at)) subject.push_back(id);
+  }
+  if (room < options_.least_points) return;
+  for (const int id : subject) {
+    if (const auto point = points_.find(id); point != points_.end()) {
+      left_.try_emplace(id, Left{now.time, point->second});
+      points_.erase(point);
+    }
+    for (auto view = window_.begin(); view != std::prev(window_.end()); ++view) view->seen.erase(id);
   }
 }
 
@@ -238,13 +276,16 @@ void CameraMotionEstimator::measure_subject_depth(std::vector<double> depths, co
 
 // Since the last frame that is older than `span`.
 double CameraMotionEstimator::subject_motion(const View& now) {
-  constexpr double span = 0.3;    // seconds
-  constexpr double memory = 0.2;  // of places that points have left, seconds
+  constexpr double span = 0.3;        // seconds
+  constexpr double usual_way = 0.08;  // of the camera meanwhile, distances to the subject
   while (recent_.size() > 1 && recent_[1].time <= now.time - span) recent_.pop_front();
   std::erase_if(left_, [&](const auto& point) { return point.second.time < now.time - memory; });
   std::vector<PointShift> shifts;
+  double way = 0.0;
   if (!recent_.empty() && now.time - recent_.front().time > 0.5 * span) {
     const View& then = recent_.front();
+    const Pose now_from_then = now.cam_from_first * then.cam_from_first.inverse();
+    way = now_from_then.translation.norm() / subject_depth_;
     for (const auto& [id, at] : now.seen) {
       const auto before = then.seen.find(id);
       if (before == then.seen.end()) continue;
@@ -252,17 +293,18 @@ double CameraMotionEstimator::subject_motion(const View& now) {
       const auto point = points_.find(id);
       if (left == left_.end() && point == points_.end()) continue;
       const Vector3d& where = left != left_.end() ? left->second.place : point->second;
-      const Vector3d place = now.cam_from_first * where;
-      const Vector3d place_then = then.cam_from_first * where;
-      if (place.z() <= 0.0 || place_then.z() <= 0.0) continue;
+      const double depth = (then.cam_from_first * where).z();
+      const Vector3d place = now_from_then * Vector3d(depth * before->second.homogeneous());
+      if (depth <= 0.0 || place.z() <= 0.0) continue;
       const bool is_near = place.z() < near * subject_depth_;
       if (is_near && !is_in_the_middle(at)) continue;
-      const Vector2d shift = (at - before->second) - (place.hnormalized() - place_then.hnormalized());
-      shifts.push_back({place, shift, is_near});
+      shifts.push_back({place, at - place.hnormalized(), is_near});
     }
   }
   recent_.push_back(now);
-  return camera_.fx * subject_shift(shifts, options_.noise / camera_.fx);
+  // What a wrong depth looks like grows with the camera's way.
+  const double trust = usual_way / std::max(usual_way, way);
+  return trust * camera_.fx * subject_shift(shifts, options_.noise / camera_.fx);
 }
 
 // Of the way around the subject; nothing while the camera does not turn, or goes nearer or away.
@@ -322,7 +364,11 @@ CameraMotion CameraMotionEstimator::add(const cv::Mat& luma, double time) {
   if (motion.known && has_map) {
     follow_distance(now);
     motion.subject_motion = subject_motion(now);
+    if (motion.subject_motion > moves) moved_at_ = time;
   }
+  const bool is_moving = moved_at_ && time - *moved_at_ < at_rest_after;
+  const bool came_to_rest = was_moving_ && !is_moving;
+  was_moving_ = is_moving;
   if (!motion.known) {
     // A new map starts here.
     window_.clear();
@@ -332,8 +378,9 @@ CameraMotion CameraMotionEstimator::add(const cv::Mat& luma, double time) {
     keep(now);
     subject_share_.reset();
     motion.is_view = true;
-  } else if (far || few) {
+  } else if (far || few || came_to_rest) {
     keep(now);
+    if (is_moving || came_to_rest) leave_subject();
     place_new_points();
     adjust();
     forget_wrong_points();
@@ -341,8 +388,10 @@ CameraMotion CameraMotionEstimator::add(const cv::Mat& luma, double time) {
     const std::vector<double> depths = depths_in_the_middle(window_.back());
     const std::optional<double> radius = orbit_radius();
     measure_distance(depths);
-    measure_subject_depth(depths, radius);
-    subject_share_ = subject_share(depths, radius);
+    if (!is_moving) measure_subject_depth(depths, radius);
+    // The points of who moved just now have no places yet.
+    const bool moved_just_now = moved_at_ && time - *moved_at_ <= memory;
+    subject_share_ = moved_just_now ? std::nullopt : subject_share(depths, radius);
     motion.is_view = true;
   }
   now_from_last_ = now.cam_from_first * last_.inverse();

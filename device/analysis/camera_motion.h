@@ -38,7 +38,7 @@ struct CameraMotion {
   // frame, which needs no unit of length. Slides by a hundredth or two a second.
   double log_distance = 0.0;
   // Share of the points in the middle of the picture that stand where the camera's way turns around; nothing while it
-  // does not turn, or is not known.
+  // does not turn, is not known, or the subject moved just now.
   std::optional<double> subject_share;
 };
 
@@ -46,8 +46,10 @@ struct CameraMotion {
 // frame is resected from them (Klein and Murray, "Parallel Tracking and Mapping", ISMAR 2007, without a lasting map).
 //
 // The subject's own motion is how far its points moved against the room within the last third of a second: leaning,
-// turning and stepping aside. Where the room is too far behind to tell the camera's way, as of a head from near, a
-// shift of the whole subject looks like one of the camera and is not seen.
+// turning and stepping aside. It is in pixels of a camera at an easy pace; of a faster one the same shift counts for
+// less, as it is known less well. Where the room is too far behind to tell the camera's way, as of a head from near, a
+// shift of the whole subject looks like one of the camera and is not seen. While the subject moves the camera goes by
+// the room alone.
 //
 // A camera that goes around somebody has them at the radius of its way. When nobody stands there the middle of the
 // picture shows the room behind, at a multiple of it; and of a camera that pans on the spot the radius is none.
@@ -80,6 +82,7 @@ class CameraMotionEstimator {
   void place_new_points();
   void adjust();
   void forget_wrong_points();
+  void leave_subject();
   std::vector<double> depths_in_the_middle(const View& view) const;
   void measure_distance(std::vector<double> depths);
   void follow_distance(View& now);
@@ -105,6 +108,8 @@ class CameraMotionEstimator {
   double log_distance_ = 0.0;
   std::deque<View> recent_;              // frames of the last third of a second
   std::map<int, Left> left_;             // points that left their places a moment ago, and these
+  std::optional<double> moved_at_;       // when the subject moved last
+  bool was_moving_ = false;              // in the last frame
   std::optional<double> subject_share_;  // at the last view
   double last_time_ = 0.0;
   double last_interval_ = 0.0;

@@ -91,7 +91,7 @@ struct GuidanceOptions {
   double fast = 1.1, no_longer_fast = 0.85;       // widths a second
   // Radians a second around the subject: who stands in the middle of the picture hardly moves in it.
   double fast_around = 1.4, no_longer_fast_around = 1.1;
-  double moved = 3.5, no_longer_moved = 2.5;   // pixels
+  double moved = 2.3, no_longer_moved = 1.6;   // pixels
   double close = 0.7, no_longer_close = 0.78;  // of the usual distance
   double far = 1.45, no_longer_far = 1.32;
   double reversed = 0.12, no_longer_reversed = 0.03;  // radians a second backwards

@@ -60,11 +60,7 @@ std::optional<double> Observer::approach(double time, const CameraMotion& camera
 std::optional<bool> Observer::subject(double time, const CameraMotion& camera) {
   constexpr double gone = 0.05, back = 0.12;  // shares of the points in the middle
   constexpr double memory = 1.0;              // seconds
-  constexpr double moving = 2.0;              // pixels
-  // Who moves is there; their points have to find their new places first.
-  if (camera.subject_motion > moving) subject_moved_at_ = time;
-  const bool is_moving = subject_moved_at_ && time - *subject_moved_at_ < memory;
-  if (camera.subject_share && !(is_moving && has_subject_ == true)) {
+  if (camera.subject_share) {
     has_subject_ = *camera.subject_share >= (has_subject_.value_or(true) ? gone : back);
     subject_seen_at_ = time;
   } else if (time - subject_seen_at_ > memory) {

@@ -40,7 +40,6 @@ class Observer {
   double log_distance_ = 0.0, distance_time_ = 0.0;  // of the last frame
   std::optional<bool> has_subject_;                  // as far as it is known
   double subject_seen_at_ = 0.0;                     // when it was known last
-  std::optional<double> subject_moved_at_;           // last
 };
 
 // What is known of a frame while nothing is recorded, from its picture alone.

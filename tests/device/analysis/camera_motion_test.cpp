@@ -25,11 +25,11 @@ class Stage {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(turned, Eigen::Vector3d::UnitY()));
     return {turn, Eigen::Vector3d(0, 0, 2) - turn * Eigen::Vector3d(0, 0, 2)};
   }
-  // The figure leans by an angle about its soles, to the side.
-  cv::Mat see(const Pose& pose, double lean) const {
+  // The figure leans by an angle about its soles, to the side, and has stepped aside.
+  cv::Mat see(const Pose& pose, double lean, double aside = 0.0) const {
     cv::Mat picture(320, 180, CV_8U, cv::Scalar(0));
     paint(picture, wall_, pose, {0, 0, 4.0}, 6.0, 6.0, 0.0);
-    paint(picture, figure_, pose, {0, 0, 2.0}, 0.5, 1.6, lean);
+    paint(picture, figure_, pose, {aside, 0, 2.0}, 0.5, 1.6, lean);
     return picture;
   }
 
@@ -83,6 +83,23 @@ TEST(CameraMotion, SeesThatTheFigureLeans) {
   }
   EXPECT_LT(still, 0.5);
   EXPECT_GT(leaning, 1.5);
+}
+
+TEST(CameraMotion, TellsAStepAsideAndItsEnd) {
+  const Stage stage;
+  CameraMotionEstimator estimator(stage.camera());
+  constexpr int begin = 20, end = 30, frames = 50;
+  for (int i = 0; i < frames; ++i) {
+    const double aside = 0.25 * std::clamp((i - begin) / static_cast<double>(end - begin), 0.0, 1.0);
+    const CameraMotion motion = estimator.add(stage.see(Stage::cam_from_first(0.6 * i * degree), 0.0, aside), i / 15.0);
+    EXPECT_TRUE(motion.known) << i;
+    if (i > begin + 4 && i <= end) {
+      EXPECT_GT(motion.subject_motion, 2.0) << i << ": the figure moves";
+    }
+    if (i < begin || i > end + 5) {
+      EXPECT_LT(motion.subject_motion, 1.6) << i << ": the figure stands still";
+    }
+  }
 }
 
 TEST(CameraMotion, AStandingCameraStands) {

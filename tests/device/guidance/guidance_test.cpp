@@ -98,7 +98,7 @@ TEST(Guidance, NothingFlickersNothingIsRaisedWithoutCauseNothingIsMissed) {
       Observation now = fine(time);
       now.brightness = uniform(0.3, 0.6);
       now.motion = uniform(0.1, 0.8);
-      now.subject_motion = uniform(0.0, 2.5);
+      now.subject_motion = uniform(0.0, 1.6);
       now.distance = uniform(0.85, 1.25);
       now.azimuth_rate = uniform(0.0, 0.6);
       std::set<Condition> caused;
