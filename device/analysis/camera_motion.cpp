@@ -3,7 +3,6 @@
 
 #include "common/geometry/quantile.h"
 #include "device/analysis/relative_pose.h"
-#include "device/analysis/subject_motion.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -274,8 +273,8 @@ void CameraMotionEstimator::measure_subject_depth(std::vector<double> depths, co
   subject_depth_known_ = subject_depth_known_ || radius;
 }
 
-// Since the last frame that is older than `span`.
-double CameraMotionEstimator::subject_motion(const View& now) {
+// Since the last frame that is older than `span`, pixels.
+SubjectShift CameraMotionEstimator::recent_shift(const View& now) {
   constexpr double span = 0.3;        // seconds
   constexpr double usual_way = 0.08;  // of the camera meanwhile, distances to the subject
   while (recent_.size() > 1 && recent_[1].time <= now.time - span) recent_.pop_front();
@@ -303,8 +302,9 @@ double CameraMotionEstimator::subject_motion(const View& now) {
   }
   recent_.push_back(now);
   // What a wrong depth looks like grows with the camera's way.
-  const double trust = usual_way / std::max(usual_way, way);
-  return trust * camera_.fx * subject_shift(shifts, options_.noise / camera_.fx);
+  const double trust = camera_.fx * usual_way / std::max(usual_way, way);
+  const SubjectShift shift = subject_shift(shifts, options_.noise / camera_.fx);
+  return {trust * shift.half, trust * shift.part};
 }
 
 // Of the way around the subject; nothing while the camera does not turn, or goes nearer or away.
@@ -363,8 +363,9 @@ CameraMotion CameraMotionEstimator::add(const cv::Mat& luma, double time) {
   const bool few = static_cast<double>(now.seen.size()) < options_.survivors * static_cast<double>(before.seen.size());
   if (motion.known && has_map) {
     follow_distance(now);
-    motion.subject_motion = subject_motion(now);
-    if (motion.subject_motion > moves) moved_at_ = time;
+    const SubjectShift shift = recent_shift(now);
+    motion.subject_motion = shift.part;
+    if (shift.half > moves) moved_at_ = time;
   }
   const bool is_moving = moved_at_ && time - *moved_at_ < at_rest_after;
   const bool came_to_rest = was_moving_ && !is_moving;

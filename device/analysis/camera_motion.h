@@ -5,6 +5,7 @@
 #include "common/geometry/camera.h"
 #include "common/geometry/pose.h"
 #include "device/analysis/point_tracks.h"
+#include "device/analysis/subject_motion.h"
 #include "device/analysis/window_adjustment.h"
 
 #include <deque>
@@ -87,7 +88,7 @@ class CameraMotionEstimator {
   void measure_distance(std::vector<double> depths);
   void follow_distance(View& now);
   void measure_subject_depth(std::vector<double> depths, const std::optional<double>& radius);
-  double subject_motion(const View& now);
+  SubjectShift recent_shift(const View& now);
   std::optional<double> orbit_radius() const;
   std::optional<double> subject_share(const std::vector<double>& depths, const std::optional<double>& radius) const;
   double median_way(const View& from, const View& to) const;

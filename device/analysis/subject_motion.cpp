@@ -30,7 +30,7 @@ Matrix26 by_motion(const Vector3d& x) {
 
 }  // namespace
 
-double subject_shift(std::span<const PointShift> points, double noise) {
+SubjectShift subject_shift(std::span<const PointShift> points, double noise) {
   constexpr std::size_t least = 5;  // points of the subject
   constexpr int rounds = 4;
   constexpr double faint = 1.0 / (15 * 15);  // weight of the subject's points on the camera's motion
@@ -55,7 +55,8 @@ double subject_shift(std::span<const PointShift> points, double noise) {
   for (const PointShift& point : points) {
     if (point.is_subject) shifts.push_back((point.shift - by_motion(point.place) * motion).norm());
   }
-  return shifts.size() < least ? 0.0 : median(std::move(shifts));
+  if (shifts.size() < least) return {};
+  return {median(shifts), quantile(shifts, 0.7)};
 }
 
 }  // namespace gyre

@@ -15,9 +15,15 @@ struct PointShift {
   bool is_subject = false;  // else of the room
 };
 
-// The median of the subject's shifts, normalised image units, without what a further motion of the camera
-// explains. That motion is told by the room; where the room leaves it open, as a step to the side does before a far
-// wall, the subject is taken to stand. Zero without enough points of the subject. noise: of a point, normalised.
-double subject_shift(std::span<const PointShift> points, double noise);
+// How far points of the subject shifted at the least, normalised image units.
+struct SubjectShift {
+  double half = 0.0;  // half of them: the subject as a whole
+  double part = 0.0;  // three tenths of them: also a turned head or a raised arm, and not a handful of strays
+};
+
+// Without what a further motion of the camera explains. That motion is told by the room; where the room leaves it open,
+// as a step to the side does before a far wall, the subject is taken to stand. Zero without enough points of the
+// subject. noise: of a point, normalised.
+SubjectShift subject_shift(std::span<const PointShift> points, double noise);
 
 }  // namespace gyre
