@@ -135,15 +135,17 @@ bool CameraMotionEstimator::resect(View& now) {
         }));
     return agree >= options_.least_points && 2 * agree >= sightings.size();
   };
-  const Pose before = now.cam_from_first;
-  const bool has_room = room.size() >= options_.least_points;
-  now.cam_from_first = resected(before, all, places, adjustment());
-  const bool agree = all.size() >= options_.least_points && agrees(now.cam_from_first, all);
-  if (!has_room || (agree && agrees(now.cam_from_first, room))) return agree;
-  const Pose by_room = resected(before, room, places, adjustment());
-  if (!agrees(by_room, room)) return agree;
-  now.cam_from_first = by_room;
-  return true;
+  const Pose by_all = resected(now.cam_from_first, all, places, adjustment());
+  const bool all_agree = agrees(by_all, all);
+  if (room.size() >= options_.least_points && !(all_agree && agrees(by_all, room))) {
+    const Pose by_room = resected(now.cam_from_first, room, places, adjustment());
+    if (agrees(by_room, room)) {
+      now.cam_from_first = by_room;
+      return true;
+    }
+  }
+  if (all_agree) now.cam_from_first = by_all;
+  return all_agree;
 }
 
 void CameraMotionEstimator::place_new_points() {
