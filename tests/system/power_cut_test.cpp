@@ -13,6 +13,7 @@
 
 #include <gtest/gtest.h>
 #include <httplib.h>
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -132,6 +133,19 @@ class PowerCut : public testing::Test {
     }
   }
 
+  // Scans of before the cuts are delivered beside the newest; one that is not after a minute never will be.
+  void await_avatars() const {
+    const auto until = Clock::now() + std::chrono::minutes(1);
+    const auto waits = [](const auto& scan) {
+      return scan.second.phase == SpoolPhase::closed || scan.second.phase == SpoolPhase::acknowledged;
+    };
+    for (;;) {
+      const SpoolView view = view_spool(spool());
+      if (std::none_of(view.scans.begin(), view.scans.end(), waits) || Clock::now() > until) return;
+      std::this_thread::sleep_for(milliseconds(50));
+    }
+  }
+
   // The device has started after a cut that left `before`.
   void expect_clean_start(const SpoolView& before) {
     const std::string said = log();
@@ -175,6 +189,7 @@ class PowerCut : public testing::Test {
     ASSERT_TRUE(hears("waiting for the button")) << log();
     expect_clean_start(before);
     operate(Clock::time_point::max(), 1);
+    await_avatars();
     ASSERT_EQ(device_->stop(), 0) << log();
     host_->kill_hard();
     const SpoolView all = view_spool(spool());
