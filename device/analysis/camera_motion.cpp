@@ -36,8 +36,6 @@ std::optional<Vector3d> meeting(const Pose& a, const Vector2d& in_a, const Pose&
   return from + way.x() * u;
 }
 
-constexpr double near = 1.35;  // times the distance to the subject: what belongs to it
-
 constexpr double memory = 1.0;         // of places that points have left, seconds
 constexpr double moves = 1.8;          // motion of a subject that does not stand, pixels
 constexpr double at_rest_after = 0.1;  // seconds
@@ -66,6 +64,12 @@ bool CameraMotionEstimator::is_in_the_middle(const Vector2d& at) const {
   const double x = (pixel.x() - 0.5 * camera_.width) / (half_width * std::min(camera_.width, camera_.height));
   const double y = (pixel.y() - 0.5 * camera_.height) / (half_height * camera_.height);
   return x * x + y * y <= 1.0;
+}
+
+// Whether a point at that depth belongs to the subject, as far as depth tells.
+bool CameraMotionEstimator::is_near(double depth) const {
+  constexpr double near = 1.35;  // times the distance to the subject
+  return depth <= near * subject_depth_;
 }
 
 CameraMotionEstimator::View CameraMotionEstimator::sight() const {
@@ -126,7 +130,7 @@ bool CameraMotionEstimator::resect(View& now) {
     if (point == points_.end()) continue;
     all.push_back({static_cast<int>(places.size()), at});
     places.push_back(point->second);
-    if ((now.cam_from_first * point->second).z() > near * subject_depth_) room.push_back(all.back());
+    if (!is_near((now.cam_from_first * point->second).z())) room.push_back(all.back());
   }
   const auto agrees = [&](const Pose& pose, const std::vector<Sighting>& sightings) {
     const auto agree =
@@ -190,6 +194,10 @@ void CameraMotionEstimator::adjust() {
 }
 
 // A point that left its place gets a new one from what is seen from now on.
+void CameraMotionEstimator::forget_sights(int id) {
+  for (auto view = window_.begin(); view != std::prev(window_.end()); ++view) view->seen.erase(id);
+}
+
 void CameraMotionEstimator::forget_wrong_points() {
   const View& now = window_.back();
   for (auto point = points_.begin(); point != points_.end();) {
@@ -199,7 +207,7 @@ void CameraMotionEstimator::forget_wrong_points() {
         !is_gone && reprojection_error(now.cam_from_first, point->second, seen->second) > 1.5 * limit();
     if (is_wrong) {
       left_.try_emplace(point->first, Left{now.time, point->second});
-      for (auto view = window_.begin(); view != std::prev(window_.end()); ++view) view->seen.erase(point->first);
+      forget_sights(point->first);
     }
     point = is_gone || is_wrong ? points_.erase(point) : std::next(point);
   }
@@ -213,9 +221,9 @@ void CameraMotionEstimator::leave_subject() {
   std::size_t room = 0;
   for (const auto& [id, at] : now.seen) {
     const auto point = points_.find(id);
-    const bool is_far = point != points_.end() && (now.cam_from_first * point->second).z() > near * subject_depth_;
-    if (is_far) ++room;
-    if (!is_far && is_in_the_middle(at)) subject.push_back(id);
+    const bool is_room = point != points_.end() && !is_near((now.cam_from_first * point->second).z());
+    if (is_room) ++room;
+    if (!is_room && is_in_the_middle(at)) subject.push_back(id);
   }
   if (room < options_.least_points) return;
   for (const int id : subject) {
@@ -223,7 +231,7 @@ void CameraMotionEstimator::leave_subject() {
       left_.try_emplace(id, Left{now.time, point->second});
       points_.erase(point);
     }
-    for (auto view = window_.begin(); view != std::prev(window_.end()); ++view) view->seen.erase(id);
+    forget_sights(id);
   }
 }
 
@@ -250,7 +258,7 @@ void CameraMotionEstimator::follow_distance(View& now) {
     if (point == points_.end() || !is_in_the_middle(at)) continue;
     const double before = (last_ * point->second).z();
     const double depth = (now.cam_from_first * point->second).z();
-    if (before <= 0.0 || depth <= 0.0 || depth > near * subject_depth_) continue;
+    if (before <= 0.0 || depth <= 0.0 || !is_near(depth)) continue;
     if (reprojection_error(now.cam_from_first, point->second, at) < 1.5 * limit())
       changes.push_back(std::log(depth / before));
   }
@@ -297,9 +305,9 @@ SubjectShift CameraMotionEstimator::recent_shift(const View& now) {
       const double depth = (then.cam_from_first * where).z();
       const Vector3d place = now_from_then * Vector3d(depth * before->second.homogeneous());
       if (depth <= 0.0 || place.z() <= 0.0) continue;
-      const bool is_near = place.z() < near * subject_depth_;
-      if (is_near && !is_in_the_middle(at)) continue;
-      shifts.push_back({place, at - place.hnormalized(), is_near});
+      const bool is_subject = is_near(place.z());
+      if (is_subject && !is_in_the_middle(at)) continue;
+      shifts.push_back({place, at - place.hnormalized(), is_subject});
     }
   }
   recent_.push_back(now);
@@ -369,9 +377,9 @@ CameraMotion CameraMotionEstimator::add(const cv::Mat& luma, double time) {
     motion.subject_motion = shift.part;
     if (shift.half > moves) moved_at_ = time;
   }
-  const bool is_moving = moved_at_ && time - *moved_at_ < at_rest_after;
-  const bool came_to_rest = was_moving_ && !is_moving;
-  was_moving_ = is_moving;
+  const auto is_moving_at = [&](double then) { return moved_at_ && then - *moved_at_ < at_rest_after; };
+  const bool is_moving = is_moving_at(time);
+  const bool came_to_rest = !is_moving && is_moving_at(last_time_);
   if (!motion.known) {
     // A new map starts here.
     window_.clear();

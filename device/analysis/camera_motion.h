@@ -82,6 +82,7 @@ class CameraMotionEstimator {
   void keep(View now);
   void place_new_points();
   void adjust();
+  void forget_sights(int id);
   void forget_wrong_points();
   void leave_subject();
   std::vector<double> depths_in_the_middle(const View& view) const;
@@ -92,6 +93,7 @@ class CameraMotionEstimator {
   std::optional<double> orbit_radius() const;
   std::optional<double> subject_share(const std::vector<double>& depths, const std::optional<double>& radius) const;
   double median_way(const View& from, const View& to) const;
+  bool is_near(double depth) const;
   bool is_in_the_middle(const Eigen::Vector2d& at) const;
   double limit() const;
   AdjustmentOptions adjustment() const;
@@ -110,7 +112,6 @@ class CameraMotionEstimator {
   std::deque<View> recent_;              // frames of the last third of a second
   std::map<int, Left> left_;             // points that left their places a moment ago, and these
   std::optional<double> moved_at_;       // when the subject moved last
-  bool was_moving_ = false;              // in the last frame
   std::optional<double> subject_share_;  // at the last view
   double last_time_ = 0.0;
   double last_interval_ = 0.0;

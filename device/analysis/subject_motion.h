@@ -18,7 +18,7 @@ struct PointShift {
 // How far points of the subject shifted at the least, normalised image units.
 struct SubjectShift {
   double half = 0.0;  // half of them: the subject as a whole
-  double part = 0.0;  // three tenths of them: also a turned head or a raised arm, and not a handful of strays
+  double part = 0.0;  // three tenths of them: also a turned head, and not a handful of strays
 };
 
 // Without what a further motion of the camera explains. That motion is told by the room; where the room leaves it open,

@@ -71,10 +71,6 @@ Planes planes_of(const RawPicture& picture) {
   return planes;
 }
 
-}  // namespace
-
-namespace {
-
 tl::unexpected<Error> ends_too_early(std::string_view jpeg) {
   return fail("the picture ends too early", std::to_string(jpeg.size()) + " bytes");
 }
