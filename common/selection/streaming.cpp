@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/selection/streaming.h"
 
+#include "common/selection/frame_room.h"
+
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace gyre {
 
@@ -20,9 +23,11 @@ Result<void> StreamingOptions::check() const {
   return selection.check();
 }
 
-StreamingSelector::StreamingSelector(const StreamingOptions& options)
+StreamingSelector::StreamingSelector(const StreamingOptions& options, int room)
     : options_(options),
-      expected_keyframes_(std::max(1, attainable_keyframes(options.selection, options.expected_frames))) {}
+      expected_keyframes_(std::max(1, attainable_keyframes(options.selection, options.expected_frames))),
+      frames_(room_for<FrameMeasure>(room)),
+      travelled_(room_for<double>(room)) {}
 
 int StreamingSelector::latency() const {
   return options_.selection.neighbourhood + smoothing_lag;
@@ -44,14 +49,13 @@ void StreamingSelector::extend_travelled() {
   }
 }
 
-double StreamingSelector::share_of_walks(int frame) const {
-  constexpr int walks = 33;
+int StreamingSelector::walks_that_take(int frame) const {
   constexpr double spread = 1.5;  // thresholds from T / spread to T * spread, evenly in their logarithm
   constexpr int warm_up = 4;      // crossings before the frame; a walk soon forgets where it began
   constexpr int look_ahead = 4;
   const double done = std::min(1.0, static_cast<double>(frames_.size()) / options_.expected_frames);
   const double expected = travelled_.back() / (done * expected_keyframes_);
-  if (!(travelled_.back() > options_.selection.least_motion * static_cast<double>(frames_.size()))) return 0.0;
+  if (!(travelled_.back() > options_.selection.least_motion * static_cast<double>(frames_.size()))) return 0;
 
   int taken = 0;
   for (int i = 0; i < walks; ++i) {
@@ -61,7 +65,7 @@ double StreamingSelector::share_of_walks(int frame) const {
     const Walk around = walk(travelled_, frames_, threshold, first, passed - first + look_ahead, options_.selection);
     if (std::binary_search(around.keyframes.begin(), around.keyframes.end(), frame)) ++taken;
   }
-  return static_cast<double>(taken) / walks;
+  return taken;
 }
 
 std::optional<int> StreamingSelector::push(const FrameMeasure& frame) {
@@ -70,14 +74,14 @@ std::optional<int> StreamingSelector::push(const FrameMeasure& frame) {
   const int decided = static_cast<int>(frames_.size()) - 1 - latency();
   if (decided < 0) return std::nullopt;
 
-  const double share = share_of_walks(decided);
-  shares_.insert(std::upper_bound(shares_.begin(), shares_.end(), share), share);
+  const int taken = walks_that_take(decided);
+  ++decided_by_walks_[static_cast<std::size_t>(taken)];
   // Propose the best part of all frames so far, as large a part as the candidates are of the whole pass.
   const double most = options_.candidates * expected_keyframes_;
   const double part = std::min(1.0, most / options_.expected_frames);
-  const auto better = shares_.end() - std::upper_bound(shares_.begin(), shares_.end(), share);
-  const bool is_among_best = static_cast<double>(better) < part * static_cast<double>(shares_.size());
-  if (share <= 0.0 || !is_among_best || proposed_ + 1 > most) return std::nullopt;
+  const int better = std::accumulate(decided_by_walks_.begin() + taken + 1, decided_by_walks_.end(), 0);
+  const bool is_among_best = better < part * (decided + 1);
+  if (taken == 0 || !is_among_best || proposed_ + 1 > most) return std::nullopt;
   ++proposed_;
   return decided;
 }

@@ -4,6 +4,7 @@
 
 #include "common/selection/selection.h"
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -20,11 +21,11 @@ struct StreamingOptions {
 // The exact rule needs T, hence the whole pass: one percent of error in T moves the 50th crossing by half a spacing.
 // But the replacement by the sharpest frame pulls neighbouring crossings to the same frame. So the walk is run, around
 // the frame in question, for a whole family of thresholds about the expected one, and the frames that most of these
-// walks would take are proposed. Keeps two numbers a frame and no picture; belongs to one thread.
+// walks would take are proposed. Keeps three numbers a frame and no picture; belongs to one thread.
 class StreamingSelector {
  public:
-  // options.check() must hold.
-  explicit StreamingSelector(const StreamingOptions& options);
+  // options.check() must hold. Takes the memory for `room` frames at once; more may follow.
+  explicit StreamingSelector(const StreamingOptions& options, int room = 0);
 
   // Takes the measure of the next frame. Returns a frame, `latency` frames back, that should be sent now.
   std::optional<int> push(const FrameMeasure& frame);
@@ -40,13 +41,14 @@ class StreamingSelector {
 
  private:
   void extend_travelled();
-  double share_of_walks(int frame) const;
+  int walks_that_take(int frame) const;
 
+  static constexpr int walks = 33;
   StreamingOptions options_;
   int expected_keyframes_;
   std::vector<FrameMeasure> frames_;
   std::vector<double> travelled_;  // smoothed movement up to each frame; the newest entries still change
-  std::vector<double> shares_;     // of the walks that took each decided frame, ascending
+  std::array<int, walks + 1> decided_by_walks_{};  // frames by the number of walks that took them
   int proposed_ = 0;
 };
 

@@ -28,6 +28,8 @@ struct FrameSettings {
   std::optional<double> exposure_s;
   std::optional<double> gain;           // as the camera counts it; libcamera: 1 is none
   std::optional<double> lens_position;  // dioptres, 0: infinity
+
+  bool operator==(const FrameSettings&) const = default;
 };
 
 struct Frame {

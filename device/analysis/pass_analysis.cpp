@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/analysis/pass_analysis.h"
 
+#include "common/selection/frame_room.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -27,15 +29,17 @@ StreamingOptions streaming_options(const std::string& pass, const CameraInfo& ca
 }  // namespace
 
 PassAnalysis::PassAnalysis(const std::string& pass, const CameraInfo& camera, const std::optional<Camera>& calibrated,
-                           const MeasureOptions& options)
+                           const MeasureOptions& options, int room)
     : photographs_(camera.photographs),
       analysis_(camera, calibrated, options),
-      selector_(streaming_options(pass, camera)) {}
+      selector_(streaming_options(pass, camera), room),
+      times_(room_for<double>(room)) {}
 
 std::optional<Frame> PassAnalysis::add(Frame frame) {
   reading_ = analysis_.add(frame, frame.settings.exposure_s);
   const FrameMeasure& measure = reading_.measure;
-  frames_.push_back({frame.time, measure, frame.settings});
+  if (settings_.empty() || settings_.back().settings != frame.settings) settings_.push_back({count(), frame.settings});
+  times_.push_back(frame.time);
   const std::optional<int> proposed = selector_.push(measure);
   if (photographs_) return frame;
 
@@ -45,6 +49,18 @@ std::optional<Frame> PassAnalysis::add(Frame frame) {
   const auto found =
       std::find_if(recent_.begin(), recent_.end(), [&](const Frame& recent) { return recent.index == *proposed; });
   return found == recent_.end() ? std::nullopt : std::optional<Frame>(*found);
+}
+
+std::vector<MeasuredFrame> PassAnalysis::frames() const {
+  std::vector<MeasuredFrame> frames;
+  frames.reserve(times_.size());
+  std::size_t now = 0;
+  for (int i = 0; i < count(); ++i) {
+    if (now + 1 < settings_.size() && settings_[now + 1].index == i) ++now;
+    const auto at = static_cast<std::size_t>(i);
+    frames.push_back({times_[at], measures()[at], settings_[now].settings});
+  }
+  return frames;
 }
 
 Result<Selection> PassAnalysis::finish() const {

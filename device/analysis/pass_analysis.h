@@ -14,11 +14,13 @@
 
 namespace gyre {
 
-// Keeps the numbers of every frame and the pictures of the last few. Belongs to one thread.
+// Keeps the numbers of every frame, 32 bytes as long as the camera's settings stay, and the pictures of the last few.
+// Belongs to one thread.
 class PassAnalysis {
  public:
+  // Takes the memory for the numbers of `room` frames at once; more may follow.
   PassAnalysis(const std::string& pass, const CameraInfo& camera, const std::optional<Camera>& calibrated = {},
-               const MeasureOptions& options = {});
+               const MeasureOptions& options = {}, int room = 0);
 
   // Measures the next frame. Returns the frame that should be sent now, if any: this one or one a little older.
   std::optional<Frame> add(Frame frame);
@@ -30,14 +32,24 @@ class PassAnalysis {
   // The exact selection over all frames. Errors: those of select_keyframes and keep_all.
   Result<Selection> finish() const;
 
-  const std::vector<MeasuredFrame>& frames() const { return frames_; }
+  int count() const { return static_cast<int>(times_.size()); }
+  const std::vector<FrameMeasure>& measures() const { return selector_.frames(); }
+  // With times and settings; put together when asked for.
+  std::vector<MeasuredFrame> frames() const;
 
  private:
+  // Settings hold until they change, which those of a locked camera do not.
+  struct SettingsFrom {
+    int index = 0;
+    FrameSettings settings;
+  };
+
   bool photographs_;
   FrameAnalysis analysis_;
   FrameReading reading_;
   StreamingSelector selector_;
-  std::vector<MeasuredFrame> frames_;
+  std::vector<double> times_;
+  std::vector<SettingsFrom> settings_;
   std::deque<Frame> recent_;  // the newest last
 };
 

@@ -289,6 +289,14 @@ class LiveSession::Loop {
     frame.time -= *first_time_;
     scan_.add(std::move(frame), turntable);
     showing_.recorded_frame(now_, *scan_.recorder());
+    if (scan_.recorder()->is_full()) end_full_pass();
+  }
+
+  // Somebody has forgotten it.
+  void end_full_pass() {
+    const int frames = scan_.recorder()->frames();
+    happen(SessionEvent::recording_ended);
+    notice("the pass was ended at " + std::to_string(frames) + " frames, the most a pass may have; " + notice_);
   }
 
   void hear(const PumpNews& news) {

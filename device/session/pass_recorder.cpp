@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/session/pass_recorder.h"
 
+#include "common/selection/frame_room.h"
 #include "common/selection/ingest.h"
 #include "device/session/kept_selection.h"
 
@@ -16,6 +17,11 @@ std::string file_of(const std::string& pass, int index) {
   return "frames/" + frame_name(pass, index);
 }
 
+// A recording has its own end, and its numbers grow with it.
+int room_of(const CameraInfo& camera, int most_frames) {
+  return camera.live ? most_frames : 0;
+}
+
 }  // namespace
 
 PassRecorder::PassRecorder(Spool& spool, Scan scan, std::string pass, CameraInfo camera, const RecorderOptions& options)
@@ -23,8 +29,10 @@ PassRecorder::PassRecorder(Spool& spool, Scan scan, std::string pass, CameraInfo
       scan_(std::move(scan)),
       name_(std::move(pass)),
       camera_(std::move(camera)),
-      analysis_(name_, camera_, scan_.camera, options.measure),
+      most_frames_(options.most_frames),
+      analysis_(name_, camera_, scan_.camera, options.measure, room_of(camera_, most_frames_)),
       coverage_(name_, lens_of(camera_, scan_.camera)),
+      places_(room_for<FramePlace>(room_of(camera_, most_frames_))),
       remembered_(options.memory) {}
 
 PassRecorder::Picked PassRecorder::add(Frame frame, std::optional<double> turntable) {
@@ -35,9 +43,10 @@ PassRecorder::Picked PassRecorder::add(Frame frame, std::optional<double> turnta
   if (copy) picked.spare = spare_of(std::move(*copy));
   if (camera_.photographs) return picked;
   place_ = coverage_.add(analysis_.reading(), analysis_.luma(), turntable);
-  const bool is_known = place_->place.known;
-  places_.push_back({is_known ? std::optional(place_->place.azimuth) : std::nullopt, place_->band,
-                     analysis_.reading().focus.sharpness});
+  FramePlace& place = places_.emplace_back();
+  if (place_->place.known) place.azimuth = static_cast<float>(place_->place.azimuth);
+  place.quality = static_cast<float>(analysis_.reading().focus.sharpness);
+  place.band = place_->band;
   return picked;
 }
 
@@ -98,10 +107,7 @@ Result<Selection> PassRecorder::decide() const {
   const auto is_kept = [&](int i) { return !camera_.live || there.contains(i) || remembered_.find(i) != nullptr; };
   const auto rule = [&]() -> Result<Selection> {
     if (!camera_.live) return analysis_.finish();
-    std::vector<FrameMeasure> measures;
-    measures.reserve(analysis_.frames().size());
-    for (const MeasuredFrame& frame : analysis_.frames()) measures.push_back(frame.measure);
-    return select_among_kept(measures, is_kept, SelectionOptions::for_pass(name_));
+    return select_among_kept(analysis_.measures(), is_kept, SelectionOptions::for_pass(name_));
   };
   Result<Selection> selection = rule();
   if (!selection && selection.error().kind == Error::Kind::failed) {

@@ -22,6 +22,7 @@ namespace gyre {
 struct RecorderOptions {
   std::size_t memory = std::size_t{32} << 20;  // for kept frames of a live camera, bytes
   MeasureOptions measure;                      // what selection decides on
+  int most_frames = 36'000;                    // of a pass of a live camera; 20 minutes of 30 a second
 };
 
 struct RecordingSummary {
@@ -38,7 +39,8 @@ using Recall =
     std::function<Result<void>(const std::vector<int>& indices, const std::function<Result<void>(const Frame&)>& take)>;
 
 // A recording gives every frame again, so that the exact rule may have any. Of a live camera as many compressed frames
-// are kept in memory as fit, spread over the whole pass, and the rule chooses among those and the spooled ones.
+// are kept in memory as fit, spread over the whole pass, and the rule chooses among those and the spooled ones; the
+// memory for the numbers of all its frames, 48 bytes each, is taken when the pass begins.
 class PassRecorder {
  public:
   // scan: as it is when the pass begins, with this pass in it. The spool outlives this.
@@ -57,7 +59,9 @@ class PassRecorder {
   // Where the frame added last was taken from; nothing of photographs, which are too far apart.
   const std::optional<CoverageReading>& place() const { return place_; }
   const CoverageMap& map() const { return coverage_.map(); }
-  int frames() const { return static_cast<int>(analysis_.frames().size()); }
+  int frames() const { return analysis_.count(); }
+  // A live camera has given as many frames as a pass may have, and the pass should be ended.
+  bool is_full() const { return camera_.live && frames() >= most_frames_; }
   ScanPass pass() const;
 
   // Compress pictures and put them away; may take place on another thread, one at a time. The scan appears in the spool
@@ -84,6 +88,7 @@ class PassRecorder {
   Scan scan_;
   std::string name_;
   CameraInfo camera_;
+  int most_frames_;
   PassAnalysis analysis_;
   Coverage coverage_;
   std::optional<CoverageReading> place_;

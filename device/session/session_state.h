@@ -33,7 +33,7 @@ enum class SessionEvent {
   settle_timeout,   // it did not settle and was locked as it was
   camera_lost,      // no frames come; being brought back
   camera_given_up,  // and will not be
-  recording_ended,  // of cameras that play one
+  recording_ended,  // of cameras that play one; a live one has given as much as a pass may have
   // From the disk.
   disk_low,
   storage_failed,  // a file could not be written

@@ -21,11 +21,11 @@ struct UnsharpSector {
 // Those of the bands that the pass has to fill.
 std::vector<UnsharpSector> unsharp_sectors(const CoverageMap& map, std::string_view pass);
 
-// Where a frame was taken from, and how sharp it is against the sharpest nearby, 0 to 1.
+// Where a frame was taken from, and how sharp it is against the sharpest nearby, 0 to 1. Kept of every frame of a pass.
 struct FramePlace {
-  std::optional<double> azimuth;  // radians; nothing: not known
+  std::optional<float> azimuth;  // radians; nothing: not known
+  float quality = 0.0F;
   Band band = Band::body_upper;
-  double quality = 0.0;
 };
 
 // Of every such sector that has no keyframe the best frame becomes one, among those that can be had (is_kept, by

@@ -27,11 +27,29 @@ TEST(PassAnalysis, ProposesFramesWithTheirOwnPicture) {
     EXPECT_TRUE(same);
   }
   EXPECT_FALSE(proposed.empty());
-  EXPECT_EQ(analysis.frames().size(), 120U);
+  EXPECT_EQ(analysis.count(), 120);
+  EXPECT_EQ(analysis.finish()->keyframes,
+            select_keyframes(analysis.measures(), SelectionOptions::for_pass("body"))->keyframes);
+}
 
-  std::vector<FrameMeasure> measures;
-  for (const MeasuredFrame& frame : analysis.frames()) measures.push_back(frame.measure);
-  EXPECT_EQ(analysis.finish()->keyframes, select_keyframes(measures, SelectionOptions::for_pass("body"))->keyframes);
+TEST(PassAnalysis, EveryFrameHasItsTimeAndTheSettingsItWasTakenWith) {
+  test::MovingScene scene(40);
+  PassAnalysis analysis("body", scene.info());
+  const auto exposure_at = [](int i) { return i < 10 ? std::nullopt : std::optional(i < 25 ? 0.01 : 0.02); };
+  for (int i = 0; i < 40; ++i) {
+    Frame frame = std::move(*scene.next(1s)->frame);
+    frame.time = 0.1 * i;
+    frame.settings.exposure_s = exposure_at(i);
+    analysis.add(std::move(frame));
+  }
+  const std::vector<MeasuredFrame> frames = analysis.frames();
+  ASSERT_EQ(frames.size(), 40U);
+  for (int i = 0; i < 40; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    EXPECT_EQ(frames[at].time, 0.1 * i);
+    EXPECT_EQ(frames[at].measure.sharpness, analysis.measures()[at].sharpness);
+    EXPECT_EQ(frames[at].settings.exposure_s, exposure_at(i)) << i;
+  }
 }
 
 TEST(PassAnalysis, EveryPhotographIsSentAtOnce) {

@@ -271,6 +271,21 @@ TEST_F(LiveSessionTest, LittleMemoryCostsNoMoreThanItsShareOfKeyframes) {
   EXPECT_GE(list_frames(rig.spool().bundle(scan))->size(), 20U);
 }
 
+TEST_F(LiveSessionTest, APassThatNobodyEndsIsClosedWhenItIsFull) {
+  LiveSessionOptions options = Rig::quick();
+  options.recorder.most_frames = 130;
+  Rig rig(live_cameras(), folder(), options);
+  rig.press();
+  const LiveStatus between = rig.wait_for(State::between_passes);
+  EXPECT_EQ(between.frames, 130);
+  EXPECT_NE(between.notice.find("ended at 130 frames"), std::string::npos) << between.notice;
+  EXPECT_NE(between.notice.find("keyframes of 130 frames"), std::string::npos) << between.notice;
+  rig.post(Kind::cancel);
+  rig.wait_for(State::idle);
+  expect_bundle(rig.spool(), between.scan, 1);
+  EXPECT_EQ(read_frame_log(rig.spool().bundle(between.scan))->size(), 130U);
+}
+
 TEST_F(LiveSessionTest, ACancelledPassLeavesNothingAndTheNextOneIsWhole) {
   Rig rig(live_cameras(), folder());
   rig.press();

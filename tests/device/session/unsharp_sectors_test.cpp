@@ -22,7 +22,7 @@ struct Turn {
       const bool is_sharp = std::find(unsharp_sectors.begin(), unsharp_sectors.end(), sector) == unsharp_sectors.end();
       // The seventh of each sector is its sharpest.
       const double quality = (is_sharp ? 0.9 : 0.3) - 0.01 * std::abs(i % in_sector - 7);
-      places.push_back({azimuth, Band::body_upper, quality});
+      places.push_back({static_cast<float>(azimuth), static_cast<float>(quality), Band::body_upper});
       map.add(azimuth, Band::body_upper, quality, is_sharp, i);
     }
     selection.decisions.resize(places.size());
