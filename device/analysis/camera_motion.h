@@ -5,27 +5,15 @@
 #include "common/geometry/camera.h"
 #include "common/geometry/pose.h"
 #include "device/analysis/point_tracks.h"
-#include "device/analysis/subject_motion.h"
-#include "device/analysis/window_adjustment.h"
+#include "device/analysis/subject_distance.h"
+#include "device/analysis/subject_watch.h"
+#include "device/analysis/view_map.h"
 
-#include <deque>
-#include <map>
 #include <opencv2/core/mat.hpp>
 #include <optional>
-#include <utility>
 #include <vector>
 
 namespace gyre {
-
-struct CameraMotionOptions {
-  PointTracksOptions tracks;
-  double step = 0.05;          // median way of the points that makes a new view, share of the longer side
-  double survivors = 0.7;      // of a view's points, below which there is a new one
-  std::size_t window = 8;      // views that are adjusted together
-  double noise = 0.5;          // of a point, pixels
-  double least_angle = 0.017;  // between two sights of a point that is given a place, radians
-  std::size_t least_points = 12;
-};
 
 struct CameraMotion {
   // The first frame's camera is the world; the unit of length is the first known distance to the subject, as far as it
@@ -57,61 +45,27 @@ struct CameraMotion {
 class CameraMotionEstimator {
  public:
   // camera: of frames as they were recorded; the luma may be smaller.
-  explicit CameraMotionEstimator(const Camera& camera, const CameraMotionOptions& options = {})
-      : camera_(camera), options_(options), tracks_(options.tracks) {}
+  explicit CameraMotionEstimator(const Camera& camera) : camera_(camera), map_(camera) {}
 
   // The next frame, 8-bit luma, all of one size; time in seconds, ascending.
   CameraMotion add(const cv::Mat& luma, double time);
 
  private:
-  struct View {
-    Pose cam_from_first;
-    std::map<int, Eigen::Vector2d> seen;  // by the point's number: normalised image point
-    double time = 0.0;
-    double log_distance = 0.0;
-  };
-
-  struct Left {
-    double time = 0.0;
-    Eigen::Vector3d place = Eigen::Vector3d::Zero();
-  };
-
   View sight() const;
   bool begin(View& now);
   bool resect(View& now);
   void keep(View now);
-  void place_new_points();
-  void adjust();
-  void forget_sights(int id);
-  void forget_wrong_points();
-  void leave_subject();
-  std::vector<double> depths_in_the_middle(const View& view) const;
-  void measure_distance(std::vector<double> depths);
-  void follow_distance(View& now);
-  void measure_subject_depth(std::vector<double> depths, const std::optional<double>& radius);
-  SubjectShift recent_shift(const View& now);
+  std::vector<double> depths_in_the_middle() const;
   std::optional<double> orbit_radius() const;
-  std::optional<double> subject_share(const std::vector<double>& depths, const std::optional<double>& radius) const;
   double median_way(const View& from, const View& to) const;
-  bool is_near(double depth) const;
-  bool is_in_the_middle(const Eigen::Vector2d& at) const;
-  double limit() const;
-  AdjustmentOptions adjustment() const;
 
   Camera camera_;
-  CameraMotionOptions options_;
   PointTracks tracks_;
-  std::deque<View> window_;
-  std::map<int, Eigen::Vector3d> points_;  // by number, first camera's axes
-  Pose now_from_last_;                     // of the last two frames
+  ViewMap map_;
+  SubjectDistance distance_;
+  SubjectWatch watch_;
+  Pose now_from_last_;  // of the last two frames
   Pose last_;
-  double distance_ = 1.0;
-  double subject_depth_ = 1.0;  // as distance_, from points that stand where the camera's way turns around
-  bool subject_depth_known_ = false;
-  double log_distance_ = 0.0;
-  std::deque<View> recent_;              // frames of the last third of a second
-  std::map<int, Left> left_;             // points that left their places a moment ago, and these
-  std::optional<double> moved_at_;       // when the subject moved last
   std::optional<double> subject_share_;  // at the last view
   double last_time_ = 0.0;
   double last_interval_ = 0.0;
