@@ -140,6 +140,17 @@ double allocated_mib() {
   return static_cast<double>(heap.uordblks + heap.hblkhd) / (1 << 20);
 }
 
+// Looks often: a frame's own needs come and go within milliseconds, and both parts have to have seen their most.
+struct MemoryWatch {
+  Growth resident, allocated;
+
+  void look(bool is_early) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    resident.add(resident_mib(), is_early);
+    allocated.add(allocated_mib(), is_early);
+  }
+};
+
 void wait_for(const LiveSession& session, const std::function<bool(const LiveStatus&)>& is_so) {
   while (!is_so(session.status())) std::this_thread::sleep_for(std::chrono::milliseconds(20));
 }
@@ -147,20 +158,21 @@ void wait_for(const LiveSession& session, const std::function<bool(const LiveSta
 // A day's work, shortened: scans of two passes, one after the other.
 void scan_after_scan(LiveSession& session, int scans) {
   constexpr int frames = 240;  // a pass
-  Growth resident, allocated;
+  MemoryWatch memory;
   for (int scan = 0; scan < scans; ++scan) {
     for (const SessionState after : {SessionState::between_passes, SessionState::idle}) {
       session.post({OperatorCommand::Kind::start, std::nullopt});
-      wait_for(session, [](const LiveStatus& now) { return now.state == SessionState::pass && now.frames >= frames; });
-      resident.add(resident_mib(), 3 * scan < scans);
-      allocated.add(allocated_mib(), 3 * scan < scans);
+      const auto is_recorded = [](const LiveStatus& now) {
+        return now.state == SessionState::pass && now.frames >= frames;
+      };
+      while (!is_recorded(session.status())) memory.look(3 * scan < scans);
       session.post({OperatorCommand::Kind::stop, std::nullopt});
       wait_for(session, [&](const LiveStatus& now) { return now.state == after; });
     }
   }
   line("scans", scans, "scans");
-  line("memory_growth_by_scans", resident.later(), "MiB from the first third on");
-  line("allocated_growth_by_scans", allocated.later(), "MiB from the first third on");
+  line("memory_growth_by_scans", memory.resident.later(), "MiB from the first third on");
+  line("allocated_growth_by_scans", memory.allocated.later(), "MiB from the first third on");
 }
 
 int bench(const fs::path& data, const fs::path& folder, double seconds, int scans) {
@@ -197,20 +209,15 @@ int bench(const fs::path& data, const fs::path& folder, double seconds, int scan
   const std::int64_t missed_before = missed;
   const int frames_before = session.status().frames;
   const auto passed = [&] { return std::chrono::duration<double>(Clock::now() - begun).count(); };
-  Growth resident, allocated;
-  while (passed() < seconds) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(500));
-    const bool is_early = passed() <= 0.25 * seconds;
-    resident.add(resident_mib(), is_early);
-    allocated.add(allocated_mib(), is_early);
-  }
+  MemoryWatch memory;
+  while (passed() < seconds) memory.look(passed() <= 0.25 * seconds);
   const double took = passed();
   line("core", 100.0 * (processor_seconds() - cpu) / took, "% of a core");
   line("frames_per_second", (session.status().frames - frames_before) / took, "frames/s");
   line("frames_missed", static_cast<double>(missed - missed_before), "frames");
-  line("memory", resident.most() - frames_mib, "MiB beside code and decoded frames");
-  line("memory_growth", resident.later(), "MiB from the first quarter on");
-  line("allocated_growth", allocated.later(), "MiB from the first quarter on");
+  line("memory", memory.resident.most() - frames_mib, "MiB beside code and decoded frames");
+  line("memory_growth", memory.resident.later(), "MiB from the first quarter on");
+  line("allocated_growth", memory.allocated.later(), "MiB from the first quarter on");
   line("seconds", took, "s");
   session.post({OperatorCommand::Kind::stop, std::nullopt});
   wait_for(session, [](const LiveStatus& now) { return now.state == SessionState::between_passes; });
