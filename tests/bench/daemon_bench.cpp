@@ -210,13 +210,18 @@ int bench(const fs::path& data, const fs::path& folder, double seconds, int scan
   const int frames_before = session.status().frames;
   const auto passed = [&] { return std::chrono::duration<double>(Clock::now() - begun).count(); };
   MemoryWatch memory;
-  while (passed() < seconds) memory.look(passed() <= 0.25 * seconds);
+  Growth second_half;
+  while (passed() < seconds) {
+    memory.look(passed() <= 0.25 * seconds);
+    second_half.add(memory.resident.most(), passed() <= 0.5 * seconds);
+  }
   const double took = passed();
   line("core", 100.0 * (processor_seconds() - cpu) / took, "% of a core");
   line("frames_per_second", (session.status().frames - frames_before) / took, "frames/s");
   line("frames_missed", static_cast<double>(missed - missed_before), "frames");
   line("memory", memory.resident.most() - frames_mib, "MiB beside code and decoded frames");
   line("memory_growth", memory.resident.later(), "MiB from the first quarter on");
+  line("memory_growth_in_second_half", second_half.later(), "MiB");
   line("allocated_growth", memory.allocated.later(), "MiB from the first quarter on");
   line("seconds", took, "s");
   session.post({OperatorCommand::Kind::stop, std::nullopt});

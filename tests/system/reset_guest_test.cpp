@@ -127,13 +127,13 @@ class ResetGuest : public testing::Test {
       begun = Clock::now();
       const auto until = begun + std::chrono::duration_cast<Clock::duration>(moment * booting);
       boot(scans_without_end);
-      if (starts_clean(before, until)) {
-        booting = Clock::now() - begun;
-        std::this_thread::sleep_until(until);
-      } else {
-        booting = std::max(booting, Clock::now() - begun);
-      }
+      const bool has_started = starts_clean(before, until);
+      const auto took = Clock::now() - begun;
+      booting = has_started ? took : std::max(booting, took);
+      if (has_started) std::this_thread::sleep_until(until);
       guest_.pull_plug();
+      std::printf("reset %d of %d: %.1f boots after the start\n", i + 1, resets, moment);
+      std::fflush(stdout);
       before = view_spool(spool());
       expect_whole(before.keyframes(), spool());
       expect_whole(before.acknowledged(), received());
