@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 #include <condition_variable>
 #include <mutex>
+#include <opencv2/imgcodecs.hpp>
 #include <thread>
 
 namespace gyre {
@@ -117,6 +118,9 @@ CameraFactory recording(int frames) {
 
 class LiveSessionTest : public testing::Test {
  protected:
+  // As with the logger: the codecs are made on first use.
+  static void SetUpTestSuite() { EXPECT_TRUE(cv::haveImageWriter(".jpg")); }
+
   CameraFactory live() {
     return [this]() -> Result<std::unique_ptr<CameraDevice>> {
       if (!switches_.is_there) return fail("no such camera", "scene", "plug it in");
