@@ -11,7 +11,7 @@ namespace gyre {
 
 namespace {
 
-constexpr std::size_t least_points = 6;
+constexpr std::size_t least_depths = 6;
 
 // Whether a point at that depth stands where the camera's way turns around.
 bool stands_at(double depth, double radius) {
@@ -48,21 +48,21 @@ void SubjectDistance::follow(const ViewMap& map, const Camera& camera, const Pos
       changes.push_back(std::log(depth / depth_before));
     }
   }
-  if (changes.size() < least_points) return;
+  if (changes.size() < least_depths) return;
   const double change = median(std::move(changes));
   log_distance_ += change;
   depth_ *= std::exp(change);
 }
 
 void SubjectDistance::measure_nearest(std::vector<double> depths) {
-  if (depths.size() >= least_points) nearest_ = quantile(std::move(depths), 0.4);
+  if (depths.size() >= least_depths) nearest_ = quantile(std::move(depths), 0.4);
 }
 
 void SubjectDistance::measure_depth(std::vector<double> depths, const std::optional<double>& radius) {
   constexpr double most = 1.1;  // change at one view
   const double reach = radius.value_or(depth_);
   std::erase_if(depths, [&](double depth) { return !stands_at(depth, reach); });
-  if (depths.size() < least_points) {
+  if (depths.size() < least_depths) {
     if (!depth_known_) depth_ = nearest_;
     return;
   }
@@ -74,7 +74,7 @@ void SubjectDistance::measure_depth(std::vector<double> depths, const std::optio
 std::optional<double> subject_share(const std::vector<double>& depths, const std::optional<double>& radius) {
   if (!radius) return std::nullopt;
   // Points that have no place in spite of such a turn are far away.
-  if (depths.size() < least_points) return 0.0;
+  if (depths.size() < least_depths) return 0.0;
   const auto there =
       std::count_if(depths.begin(), depths.end(), [&](double depth) { return stands_at(depth, *radius); });
   return static_cast<double>(there) / static_cast<double>(depths.size());

@@ -96,25 +96,14 @@ void ViewMap::adjust() {
   for (std::size_t i = 0; i < ids.size(); ++i) points_[ids[i]] = places[i];
 }
 
-void ViewMap::forget_sights(int id) {
-  for (auto view = views_.begin(); view != std::prev(views_.end()); ++view) view->seen.erase(id);
-}
-
 std::vector<PlacedPoint> ViewMap::leave_wrong_places() {
   const View& now = views_.back();
-  std::vector<PlacedPoint> left;
-  for (auto point = points_.begin(); point != points_.end();) {
-    const auto seen = now.seen.find(point->first);
-    const bool is_gone = seen == now.seen.end();
-    const bool is_wrong =
-        !is_gone && reprojection_error(now.cam_from_first, point->second, seen->second) > 1.5 * limit();
-    if (is_wrong) {
-      left.push_back({point->first, point->second});
-      forget_sights(point->first);
-    }
-    point = is_gone || is_wrong ? points_.erase(point) : std::next(point);
+  std::erase_if(points_, [&](const auto& point) { return !now.seen.contains(point.first); });
+  std::vector<int> wrong;
+  for (const auto& [id, place] : points_) {
+    if (reprojection_error(now.cam_from_first, place, now.seen.at(id)) > 1.5 * limit()) wrong.push_back(id);
   }
-  return left;
+  return leave_places(wrong);
 }
 
 std::vector<PlacedPoint> ViewMap::leave_places(const std::vector<int>& ids) {
@@ -124,7 +113,7 @@ std::vector<PlacedPoint> ViewMap::leave_places(const std::vector<int>& ids) {
       left.push_back({id, point->second});
       points_.erase(point);
     }
-    forget_sights(id);
+    for (auto view = views_.begin(); view != std::prev(views_.end()); ++view) view->seen.erase(id);
   }
   return left;
 }

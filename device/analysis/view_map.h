@@ -54,8 +54,6 @@ class ViewMap {
   double noise() const;  // of a point, normalised
 
  private:
-  void forget_sights(int id);
-
   double focal_;
   std::deque<View> views_;
   std::map<int, Eigen::Vector3d> points_;
